@@ -121,9 +121,13 @@ class PlaceChecks:
         self._forgotten = {topic: each._replace(at_ns=0) for topic, each in self._forgotten.items()}  # not a valid time
 
     def to_remember(self) -> dict[str, Any]:
-        """Return the places to save for the next start, as plain values, if danger is possible there; {} for none."""
+        """Return what to save for the next start, as plain values: places, and topics on which danger is possible.
+
+        Places of all topics that may be dangerous or are not judged are saved, if there are any.
+        """
         places = self._places.to_remember(self._checks.suspects, self._forgotten)
-        return {"places": places} if places else {}
+        dangers = sorted({*self._checks.dangers, *self._forgotten})
+        return {**({"places": places} if places else {}), "dangers": dangers}
 
     def restore(self, saved: Mapping[str, Any], topics: Collection[str]) -> None:
         """Continue from the places that were saved before a restart, for the topics that the node still has.

@@ -23,9 +23,13 @@ class TopicVotes:
     def given(self, by: str, now: float, faults: Iterable[Fault]) -> tuple[Fault, ...]:
         """Note an acknowledgement; return the faults that it ends, none until enough persons acknowledged.
 
+        An acknowledgement of a person who saw none of these faults is not noted.
+
         by : name of the person; now : time (s, steady clock); faults : the faults that the person saw
         """
         seen = tuple(faults)
+        if not seen:
+            return ()
         recent = {each: noted for each, noted in self._persons.items() if now - noted[0] <= self._terms.within_s}
         self._persons = {**recent, person_of(by): (now, frozenset(seen))}
         if len(self._persons) < self._terms.persons:

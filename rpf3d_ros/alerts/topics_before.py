@@ -2,7 +2,7 @@
 
 The node no longer has their topic, because the topic was removed or has another name, or their places refer to another
 origin of the map. Without the fault, the danger would be forgotten without a word. The fault ends when enough persons
-who saw it have acknowledged; until then it stays after each further start.
+who saw it have acknowledged; until then it stays after each further start, also if the topic is there again.
 """
 
 import time
@@ -16,13 +16,15 @@ CAUSE = "before the start: {}"
 """Name of the cause of a standing fault; the topic replaces the braces."""
 
 NO_TOPIC = (
-    "the node no longer receives {0}, on which danger was possible before the start of the node: look at the slope "
-    "that {0} watched and acknowledge"
+    "danger was possible on {0}, and then the node was started without this topic: look at the slope that {0} watched, "
+    "and acknowledge"
 )
 OTHER_ORIGIN = (
-    "map_origin was {1} before the start of the node and is now {2}, so the places that {0} had reported are unknown: "
-    "look at the slope and acknowledge"
+    "danger was possible at places that {0} had reported, and then the node was started with another map_origin "
+    "(before: {1}; then: {2}): look at the slope that {0} watches, and acknowledge"
 )
+NOT_KNOWN = "not known, because an older version of rpf3d did not save it"
+"""Words for a `map_origin` that was not saved."""
 
 
 class TopicsBefore:
@@ -67,25 +69,33 @@ class TopicsBefore:
 def unjudged_topics(memory: Mapping[str, Any], known: Collection[str], origin: Collection[float]) -> dict[str, str]:
     """Return the sentence of the fault of each topic of sources that cannot be judged, by topic.
 
-    Danger was possible on a topic if its places were saved, or if a message was refused or lost.
+    Danger was possible on a topic if its last answer showed danger or was missing, or if a message was refused or lost.
 
     memory : the saved state; known : topics of sources that the node has; origin : its `map_origin` (m)
     """
-    places = _topics_with_places(memory)
-    suspects = {*places, *memory.get("missed", ()), *memory.get("refused", ())}
+    dangers = set(memory["dangers"]) if "dangers" in memory else _topics_with_places(memory)
+    suspects = {*dangers, *memory.get("missed", ()), *memory.get("refused", ())}
     found = {topic: NO_TOPIC.format(topic) for topic in sorted(suspects) if topic not in known}
-    if places and not is_same_origin(memory, origin):
-        former = memory.get("map_origin", "not known")
-        moved = {topic: OTHER_ORIGIN.format(topic, former, list(origin)) for topic in sorted(places)}
+    former = memory.get("map_origin")
+    if former != list(origin):
+        words = NOT_KNOWN if former is None else str(former)
+        moved = {topic: OTHER_ORIGIN.format(topic, words, list(origin)) for topic in sorted(dangers)}
         found = {**moved, **found}
-    return {**found, **memory.get("unjudged", {})}
+    told: Mapping[str, str] = memory.get("unjudged", {})
+    return {topic: _joined(told.get(topic, ""), found.get(topic, "")) for topic in sorted({*told, *found})}
 
 
-def is_same_origin(memory: Mapping[str, Any], origin: Collection[float]) -> bool:
-    """Return True if the saved places refer to this origin of the map (m); False if their origin is not known."""
-    return bool(memory.get("map_origin") == list(origin))
+def has_moved(memory: Mapping[str, Any], origin: Collection[float]) -> bool:
+    """Return True if the saved places refer to another origin of the map than this (m); False if it was not saved."""
+    return "map_origin" in memory and bool(memory["map_origin"] != list(origin))
 
 
 def _topics_with_places(memory: Mapping[str, Any]) -> set[str]:
+    """Return the topics with saved places, or whose places were too many; for the state of an older version."""
     saved = memory.get("places", {})
     return {topic for topic in saved if topic} | set(saved.get("", ()))
+
+
+def _joined(told: str, found: str) -> str:
+    """Return two sentences as one; `told` alone if it has the words of `found` already."""
+    return told if found in told else "; ".join(filter(None, (told, found)))

@@ -72,6 +72,7 @@ class CheckedPlaces:
     received_ns : stamp (ns) of the newest message of the topic
     main_ns : stamp (ns) of the newest message of the topic that is answered
     danger_ns : stamp (ns) of the newest message whose answer may reach a limit; -1 if there is none
+    was_in_danger : whether danger was possible when all answers were forgotten; None after a later message is answered
     evidence : the last answer to unreported places that counts
     shown : the last beginnings of sentences, each with the places (x, y, z) (m) that it is about
     """
@@ -88,6 +89,7 @@ class CheckedPlaces:
     received_ns: int = -1
     main_ns: int = -1
     danger_ns: int = -1
+    was_in_danger: bool | None = None
     evidence: Evidence | None = None
     shown: dict[str, frozenset[Place]] = field(default_factory=dict)
 
@@ -100,6 +102,17 @@ class CheckedPlaces:
     def is_suspect(self) -> bool:
         """True if rocks from the reported or unreported places of the topic may reach a limit, or this is not known."""
         return self.is_unsettled or self.main_ns <= max(self.danger_ns, self.received_ns - 1)
+
+    @property
+    def is_in_danger(self) -> bool:
+        """True if the last answer showed danger, a message with sources is not answered, or `is_unsettled`.
+
+        After all answers were forgotten, `is_suspect` is True for every topic, but this property only if it was before.
+        """
+        is_unanswered = self.received_ns > self.main_ns
+        if self.was_in_danger is not None:
+            return self.was_in_danger or is_unanswered
+        return self.is_unsettled or is_unanswered or (self.danger_ns >= 0 and self.main_ns <= self.danger_ns)
 
     @property
     def is_unsettled(self) -> bool:
@@ -251,6 +264,7 @@ class UnreportedEvidence:
             one = self._of(topic)
             if is_danger or is_judged(evidence, self._thresholds) or not evidence.sources:
                 one.main_ns = max(one.main_ns, evidence.trigger_stamp_ns)
+                one.was_in_danger = None
             if is_danger and evidence.sources:
                 one.danger_ns = max(one.danger_ns, evidence.trigger_stamp_ns)
             one.settle()
@@ -300,6 +314,12 @@ class UnreportedEvidence:
         with self._lock:
             return tuple(topic for topic, one in self._topics.items() if one.is_suspect)
 
+    @property
+    def dangers(self) -> tuple[str, ...]:
+        """The topics on which danger is possible now, or was possible when all answers were forgotten."""
+        with self._lock:
+            return tuple(topic for topic, one in self._topics.items() if one.is_in_danger)
+
     def is_due(self, topic: str) -> bool:
         """Return True if the unreported places of a topic must be simulated again, because they could not be."""
         with self._lock:
@@ -310,6 +330,7 @@ class UnreportedEvidence:
         now_ns = self._now()
         with self._lock:
             for topic, one in self._topics.items():
+                one.was_in_danger = one.is_in_danger
                 one.stands = bool(self._fault_of(topic, one, now_ns))
                 one.expect_all_again(now_ns + self._longest_ns, self._longest)
                 one.received_ns = one.main_ns = -1

@@ -5,7 +5,7 @@ from typing import Any
 
 from rpf3d_core.live.ground import LiveTerrain
 from rpf3d_ros.alerts.source_topics import BY_HAND
-from rpf3d_ros.alerts.topics_before import is_same_origin, unjudged_topics
+from rpf3d_ros.alerts.topics_before import has_moved, unjudged_topics
 from rpf3d_ros.engine.configuration import StationConfiguration
 from rpf3d_ros.engine.survey_in_use import SurveyInUse, survey_in_use
 from rpf3d_ros.engine.terrain_faults import TerrainLack, lack_of, not_restored, terrain_to_remember
@@ -15,7 +15,7 @@ class BeforeStart:
     """The state before the start: what the decision log saved, and the terrain that was restored from the store.
 
     Without a decision log, nothing was saved. `heard`, `missed`, `areas` and `refused` contain only topics that the
-    node still has; `unjudged` has other topics on which danger was possible.
+    node still has. `unjudged` has the topics whose danger cannot be judged any more.
 
     memory : (attribute) the saved state as plain values, made by `Station._inputs_to_remember` and the alert desk
     terrain : (attribute) the terrain that was restored from the store, None if no terrain was restored
@@ -48,7 +48,7 @@ class BeforeStart:
     @property
     def places(self) -> Mapping[str, Any]:
         """The saved places of sources, made by `PlaceChecks.to_remember`; empty if they refer to another map origin."""
-        return self.memory.get("places", {}) if is_same_origin(self.memory, self.origin) else {}
+        return {} if has_moved(self.memory, self.origin) else self.memory.get("places", {})
 
     @property
     def origin(self) -> tuple[float, float, float]:

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from rpf3d_core.alerts.limits import limits_of
 from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.alerts.log_files import NotLogged
 from rpf3d_core.alerts.site import read_site
@@ -201,7 +200,8 @@ def _check_places(scene: Scene) -> None:
 def _check_areas(scene: Scene, thresholds: Thresholds) -> None:
     """Raise InputError if the site names an area (not a pattern) that neither the scene nor a topic defines.
 
-    Also if an area has no limits only because a pattern differs from its name in upper and lower case.
+    Also if a pattern matches no area, but would match one if upper and lower case were equal; an area whose full name
+    has limits is left out.
     """
     outlined = [area.name for area in scene.areas_of_interest]
     for name in thresholds.named_in_full:
@@ -210,12 +210,15 @@ def _check_areas(scene: Scene, thresholds: Thresholds) -> None:
                 f"the site file watches {name}, which has no outline, so the level would always be fault: the scene"
                 f" defines {', '.join(outlined) or 'no areas_of_interest'}, topics define {' and '.join(LIVE_AREAS)}"
             )
-    for name in (*outlined, *LIVE_AREAS):
-        meant = [pattern for pattern in thresholds.areas if fnmatchcase(name.lower(), pattern.lower())]
-        if meant and limits_of(thresholds, name) is None:
+    names = (*outlined, *LIVE_AREAS)
+    for pattern in thresholds.areas:
+        if any(fnmatchcase(name, pattern) for name in names):
+            continue
+        meant = [name for name in names if fnmatchcase(name.lower(), pattern.lower()) and name not in thresholds.areas]
+        if meant:
             raise InputError(
-                f"the site file has limits for {meant[0]}, which does not match the area {name}, because upper and "
-                "lower case differ: write the pattern as the name"
+                f"the site file has limits for {pattern}, which matches no area; it would match {meant[0]} if upper "
+                f"and lower case were equal: write it as the name, or give {meant[0]} limits of its own"
             )
 
 

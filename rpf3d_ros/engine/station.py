@@ -351,12 +351,12 @@ class Station:
         by, _, why = acknowledged_by.partition(":")
         replies: queue.SimpleQueue[tuple[bool, str]] = queue.SimpleQueue()
         is_named = bool(by.strip() and why.strip())
+        alert = self.desk.alert
+        shown = alert.faults if alert is not None else ()
         # The desk is asked before the acknowledgement ends any fault: a fault that is shown now makes it void.
         self.desk.acknowledge(by, why, replies.put, client)
         silent = self._refused_inputs.acknowledged(by, time.monotonic()) if is_named else ()
         ended = f"; the faults of refused messages on {', '.join(silent)} have ended" if silent else ""
-        alert = self.desk.alert
-        shown = alert.faults if alert is not None else ()
         gone = self._places.acknowledged(by, shown) if is_named and self._places is not None else ()
         ended += f"; the faults of places that {', '.join(gone)} no longer reports have ended" if gone else ""
         unjudged = self._topics.acknowledged(by, shown) if is_named else ()

@@ -35,9 +35,6 @@ LOOPBACK = "127.0.0.1"
 REPEAT = 0.5
 """Time (s) between two lines to each connected program."""
 
-SENT_AHEAD = 1024
-"""Size (bytes) of the buffer for lines that a connected program has not read; the system raises it to its minimum."""
-
 
 class Wanted:
     """The state that a contact must have: closed if the last call of `set` asked for this and was recent, else open."""
@@ -102,7 +99,7 @@ class FileContact:
                 raise OSError(f"another alarm bridge uses {path}") from None
             raise
         self._wanted, self._is_locked = Wanted(), False
-        self._write(OPEN)
+        self._write(OPEN, _until())
         self._thread = threading.Thread(target=self._run, name="contact", daemon=True)
         self._thread.start()
 
@@ -125,19 +122,20 @@ class FileContact:
 
     def _run(self) -> None:
         while True:
+            until = _until()  # before the state is read: if the process is stopped here, the content is old
             has_ended, is_closed = self._wanted.has_ended, self._wanted.is_closed
             try:
-                self._show(is_closed)
+                self._show(is_closed, until)
             except OSError:  # the disk fails: open, and try again
                 self._unlock()
             if has_ended:
                 return
             self._wanted.wait_unless(is_closed, BEAT)
 
-    def _show(self, is_closed: bool) -> None:
+    def _show(self, is_closed: bool, until: float) -> None:
         if not is_closed:
             self._unlock()
-            self._write(OPEN)
+            self._write(OPEN, until)
             return
         if not self._is_locked:
             try:
@@ -145,15 +143,14 @@ class FileContact:
             except BlockingIOError:
                 return
             self._is_locked = True
-        self._write(CLOSED)
+        self._write(CLOSED, until)
 
     def _unlock(self) -> None:
         fcntl.flock(self._file, fcntl.LOCK_UN)
         self._is_locked = False
 
-    def _write(self, word: bytes) -> None:
-        until = b"%s%014.3f\n" % (UNTIL, _until())
-        os.pwrite(self._file, word.ljust(len(CLOSED), b"\n") + until, 0)
+    def _write(self, word: bytes, until: float) -> None:
+        os.pwrite(self._file, word.ljust(len(CLOSED), b"\n") + b"%s%014.3f\n" % (UNTIL, until), 0)
 
 
 def is_closed(path: Path) -> bool:
@@ -219,7 +216,6 @@ class TcpContact:
         connection, _ = self._server.accept()
         try:
             connection.settimeout(REPEAT)
-            connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SENT_AHEAD)
             threading.Thread(target=self._serve, args=(connection,), name="contact", daemon=True).start()
         except (OSError, RuntimeError):
             connection.close()
@@ -228,15 +224,19 @@ class TcpContact:
     def _serve(self, connection: socket.socket) -> None:
         with connection, contextlib.suppress(OSError):
             while not self._wanted.has_ended:
+                until = _until()  # before the state is read: if the process is stopped here, the line is old
                 is_closed = self._wanted.is_closed
-                connection.sendall(_line(is_closed))
+                connection.sendall(_line(is_closed, until))
                 self._wanted.wait_unless(is_closed, REPEAT)
 
 
-def _line(is_closed: bool) -> bytes:
-    """Return the line for connected programs; is_closed : True if the contact is closed."""
+def _line(is_closed: bool, until: float) -> bytes:
+    """Return the line for connected programs.
+
+    is_closed : True if the contact is closed; until : when the line becomes invalid (s since the epoch)
+    """
     word = (CLOSED if is_closed else OPEN).strip()
-    return b"%s %.3f\n" % (word, _until())
+    return b"%s %.3f\n" % (word, until)
 
 
 def _until() -> float:

@@ -357,7 +357,7 @@ def test_a_line_that_waited_in_a_buffer_closes_nothing(monkeypatch):
 def test_a_state_that_is_read_at_once_is_never_valid_for_too_long(monkeypatch):
     for now in np.random.default_rng(1).uniform(1.7e9, 1.9e9, 1000):
         monkeypatch.setattr(alarm_contacts, "time", SimpleNamespace(time=lambda now=now: now))
-        assert line_says_closed(alarm_contacts._line(True))
+        assert line_says_closed(alarm_contacts._line(True, alarm_contacts._until()))
 
 
 @pytest.mark.parametrize("line", [b"", b"closed\n", b"closed nan\n", b"closed x\n", b"open 1.0\n"])
@@ -365,7 +365,8 @@ def test_a_line_without_a_time_closes_nothing(line):
     assert not line_says_closed(line)
 
 
-def test_a_program_that_reads_one_line_at_a_time_and_falls_behind_does_not_read_closed():
+def test_a_program_that_falls_behind_reads_closed_no_longer_than_a_line_is_valid(monkeypatch):
+    """Nine lines wait; as soon as VALID has passed since the contact opened, none of them says `closed`."""
     contact = TcpContact(0)
     with socket.create_connection(("127.0.0.1", contact.port), timeout=60.0) as client:
         lines = client.makefile("rb", buffering=0)
@@ -374,13 +375,28 @@ def test_a_program_that_reads_one_line_at_a_time_and_falls_behind_does_not_read_
             contact.set(True)
             time.sleep(0.05)
         contact.set(False)
-        time.sleep(0.2)
+        opened = time.time()
         waiting = [lines.readline() for _ in range(9)]
-        assert sum(line.startswith(b"closed ") for line in waiting) >= 6
-        assert not any(line_says_closed(line) for line in waiting[:4])
-        while lines.readline().startswith(b"closed "):
-            pass
+        while not waiting[-1].startswith(b"open "):
+            waiting.append(lines.readline())
     contact.close()
+    assert sum(line.startswith(b"closed ") for line in waiting) >= 6
+    now = opened + alarm_contacts.VALID + 0.001
+    monkeypatch.setattr(alarm_contacts, "time", SimpleNamespace(time=lambda: now))
+    assert not any(line_says_closed(line) for line in waiting)
+
+
+def test_the_state_in_a_line_was_read_after_the_time_in_it(monkeypatch):
+    """If the process is stopped between both, the line is old when it is sent."""
+    times = iter(range(1_000_000))
+    read_at = []
+    contact = TcpContact(0)
+    monkeypatch.setattr(alarm_contacts, "_until", lambda: next(times))
+    monkeypatch.setattr(Wanted, "is_closed", property(lambda self: read_at.append(next(times)) or False))
+    with socket.create_connection(("127.0.0.1", contact.port), timeout=60.0) as client:
+        line = client.makefile("rb").readline()
+    contact.close()
+    assert float(line.split()[1]) < read_at[0]
 
 
 @pytest.mark.parametrize("error", [OSError(errno.EMFILE, "too many open files"), RuntimeError("no new thread")])

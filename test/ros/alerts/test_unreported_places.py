@@ -509,6 +509,59 @@ def test_a_topic_is_suspect_while_its_last_message_is_not_answered_or_judged():
     assert checks.suspects == ()
 
 
+def harmless(checks):
+    checks.note_reported(RADAR, answered(0, HARMLESS))
+
+
+def harmless_with_an_unreported_place(checks):
+    harmless(checks)
+    checks.expect_places(1, A)
+    checks.note(RADAR, answered(1, HARMLESS))
+    checks.note_reported(RADAR, answered(1, HARMLESS))
+
+
+def dangerous(checks):
+    checks.note_reported(RADAR, answered(0, DANGER))
+
+
+def not_answered(checks):
+    harmless(checks)
+    checks.received(RADAR, NOW + 1 * S)
+
+
+def dangerous_at_an_unreported_place(checks):
+    harmless(checks)
+    checks.expect_places(1, A)
+    checks.note(RADAR, answered(1, DANGER))
+
+
+def dangerous_before_a_restart(checks):
+    checks.suspect(RADAR)
+
+
+@pytest.mark.parametrize(
+    ("happens", "is_possible"),
+    [
+        (harmless, False), (harmless_with_an_unreported_place, False), (dangerous, True), (not_answered, True),
+        (dangerous_at_an_unreported_place, True), (dangerous_before_a_restart, True),
+    ],
+)  # fmt: skip
+def test_where_danger_was_possible_it_is_so_after_all_answers_were_forgotten_and_nowhere_else(happens, is_possible):
+    checks = Checked()
+    happens(checks)
+    expected = (RADAR,) if is_possible else ()
+    assert checks.dangers == expected
+    for _ in range(2):
+        checks.forget()
+        assert checks.dangers == expected
+        assert checks.suspects == (RADAR,), "nothing is judged any more"
+    checks.received(RADAR, NOW + 5 * S)
+    assert checks.dangers == (RADAR,), "a message with sources is not answered"
+    checks.note_reported(RADAR, answered(5, HARMLESS))
+    checks.end(RADAR)
+    assert checks.dangers == ()
+
+
 def test_an_answer_from_before_the_first_area_judges_nothing_when_there_is_one():
     checks = Checked()
     checks.note_reported(RADAR, answered(1, HARMLESS))
@@ -650,7 +703,7 @@ def test_places_of_which_the_message_is_not_answered_are_remembered_for_a_restar
     one, checks, _, _ = place_checks()
     one.submitted(message(0, B))
     checks.note_reported(RADAR, answered(0, HARMLESS))
-    assert one.to_remember() == {}
+    assert one.to_remember() == {"dangers": []}
     one.submitted(message(1, A, B))
     assert len(one.to_remember()["places"][RADAR]) == 2
 

@@ -92,9 +92,19 @@ def test_a_terrain_that_an_older_version_stored_without_an_origin_is_not_restore
     assert standing is None and "stored by an older version, without map_origin: publish the whole terrain" in report
 
 
-@pytest.mark.parametrize(("before", "now", "is_restored"), [(0.0, 0.0, True), (5.0, 5.0, True), (3.0, 5.0, True),
-                                                            (None, 0.0, True), (5.0, 0.0, False), (0.0, 5.0, False),
-                                                            (9.0, 5.0, False), (None, 5.0, False)])
+@pytest.mark.parametrize(
+    ("before", "now", "is_restored"),
+    [
+        (0.0, 0.0, True),
+        (5.0, 5.0, True),
+        (3.0, 5.0, True),
+        (None, 0.0, True),
+        (5.0, 0.0, False),
+        (0.0, 5.0, False),
+        (9.0, 5.0, False),
+        (None, 5.0, False),
+    ],
+)
 def test_a_terrain_stored_with_its_patches_obeys_the_longest_edge_of_now_or_is_not_restored(
     tmp_path, before, now, is_restored
 ):  # fmt: skip
@@ -164,11 +174,24 @@ def test_with_a_site_file_rocks_must_not_break_because_shares_of_fragments_are_n
 def test_a_pattern_that_misses_an_area_by_upper_case_only_is_refused(configured, tmp_path):
     """A machine below a source would have no limits, and the level would be normal."""
     (tmp_path / "site.yaml").write_text(SITE.replace("live_area*:", "Equipment*:"))
-    with pytest.raises(InputError, match=r"limits for Equipment\*, which does not match the area equipment, because"):
+    with pytest.raises(InputError, match=r"limits for Equipment\*, which matches no area; it would match equipment if"):
         configured()
     limits = SITE[SITE.index("{watch:") :]
+    (tmp_path / "site.yaml").write_text(SITE.replace("live_area*:", "Equipment*:") + f"  '*': {limits}")
+    with pytest.raises(InputError, match=r"limits for Equipment\*, which matches no area"):
+        configured()
     (tmp_path / "site.yaml").write_text(SITE.replace("live_area*:", "Equipment*:") + f"  equipment: {limits}")
     assert configured().thresholds is not None, "the area has limits of its own"
+
+
+@pytest.mark.parametrize("pattern", ["R*", "'[A-Z]*'", "'*amp'", "nothing*"])
+def test_a_pattern_that_matches_an_area_or_is_about_none_is_accepted(configured, tmp_path, pattern):
+    (tmp_path / "site.yaml").write_text(SITE.replace("live_area*:", f"{pattern}:"))
+    scene = FRAGMENTS.partition("effects:")[0] + (
+        "areas_of_interest: [{name: Ramp, polygons: [[0, 0], [20, 0], [20, 20], [0, 20]]}]\n"
+    )
+    (tmp_path / "scene.yaml").write_text(scene)
+    assert configured({"scene": str(tmp_path / "scene.yaml")}).thresholds is not None
 
 
 def test_a_material_of_a_zone_is_refused_because_live_terrain_has_one_zone(configured, tmp_path):

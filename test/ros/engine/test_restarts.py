@@ -21,7 +21,7 @@ from rpf3d_core.alerts.levels import Level
 from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.alerts.site_model import AcknowledgeSpec, Thresholds
 from rpf3d_ros.alerts.areas_before import AreasBefore
-from rpf3d_ros.alerts.topics_before import unjudged_topics
+from rpf3d_ros.alerts.topics_before import TopicsBefore, unjudged_topics
 from rpf3d_ros.alerts.unknown_before import ADVICE, UnknownBefore
 from rpf3d_ros.engine.configuration import _log_of
 from rpf3d_ros.engine.terrain_faults import TerrainBefore
@@ -79,6 +79,13 @@ class Mine:
         until = self.at + seconds
         while self.at < until:
             self.send(QUIET._replace(topic=RADAR_B), QUIET)
+        return self.alert
+
+    def stay_quiet_b(self, seconds):
+        """Let radar B see nothing for some seconds; return the last alert."""
+        until = self.at + seconds
+        while self.at < until:
+            self.send(QUIET._replace(topic=RADAR_B))
         return self.alert
 
     @property
@@ -334,6 +341,33 @@ def test_lost_messages_are_a_fault_after_a_restart_too(mine):
 
 
 WITHOUT_A = {"source_topics": (RADAR_B,), "optional_topics": (RADAR_B,)}
+QUIET_B = QUIET._replace(topic=RADAR_B)
+HARMLESS = QUIET._replace(places=pit.placed(55.0, 20.0, 0.5)[None])
+"""A message of radar A about a place below the road, from which no rock reaches the road."""
+
+
+def site_with(scan_period):
+    values = combination.site_values("restrict", has_machines=True)
+    if scan_period is not None:
+        values["evidence"] = {**values["evidence"], "scan_period_s": scan_period}
+    return Thresholds.model_validate(values)
+
+
+EACH_SITE = pytest.mark.parametrize("mine", [site_with(each) for each in (None, 0, 5)], indirect=True)
+ENDS = pytest.mark.parametrize("ends", ["killed", "deactivated", "clock went back"])
+
+
+def end(mine, how):
+    """Let the node end in one of the three ways; the next start follows."""
+    if how == "deactivated":
+        mine.run.node.station.deactivate()
+    if how == "clock went back":
+        mine.run.node.station.forget("the clock went back")
+    mine.run.node.settle()
+
+
+def lacks_a(alert):
+    return any(f"danger was possible on {RADAR_A}," in fault for fault in alert.faults)
 
 
 def reports_danger(mine):
@@ -358,36 +392,71 @@ def test_a_radar_that_is_removed_or_renamed_after_danger_was_possible_is_a_fault
     mine.changed = WITHOUT_A
     for _ in range(2):
         mine.restart()
-        mine.send(ROAD, QUIET._replace(topic=RADAR_B))
-        alert = mine.send(QUIET._replace(topic=RADAR_B))
-        assert alert.level == Level.FAULT
-        assert any(f"no longer receives {RADAR_A}" in fault for fault in alert.faults)
+        mine.send(ROAD, QUIET_B)
+        alert = mine.send(QUIET_B)
+        assert alert.level == Level.FAULT and lacks_a(alert)
     mine.changed = {}
     mine.restart()
-    alert = mine.send(ROAD, QUIET, QUIET._replace(topic=RADAR_B))
-    assert any(f"no longer receives {RADAR_A}" in fault for fault in alert.faults), "its places were not kept"
-    assert not any(f"no longer receives {RADAR_A}" in fault for fault in mine.acknowledge().faults)
+    assert lacks_a(mine.send(ROAD, QUIET, QUIET_B)), "what was not received meanwhile is still not known"
+    assert not lacks_a(mine.acknowledge())
     mine.restart()
-    assert not any(RADAR_A in fault for fault in mine.send(ROAD, QUIET, QUIET._replace(topic=RADAR_B)).faults)
+    assert not lacks_a(mine.send(ROAD, QUIET, QUIET_B))
     assert audit_log(mine.folder).sound
 
 
-def test_a_radar_that_saw_nothing_dangerous_may_be_removed_without_a_fault(mine):
-    assert mine.send(ROAD, QUIET, QUIET._replace(topic=RADAR_B)).faults == ()
+@EACH_SITE
+@ENDS
+def test_danger_on_a_radar_that_is_removed_is_a_fault_on_every_site_however_the_node_had_ended(mine, ends):
+    reports_danger(mine)
+    end(mine, ends)
     mine.changed = WITHOUT_A
     mine.restart()
-    assert mine.send(ROAD, QUIET._replace(topic=RADAR_B)).faults == ()
+    mine.send(ROAD, QUIET_B)
+    alert = mine.stay_quiet_b(6.0)
+    assert alert.level == Level.FAULT and lacks_a(alert)
+    assert not lacks_a(mine.acknowledge())
 
 
-def test_dangerous_places_of_a_map_with_another_origin_are_a_fault_until_a_person_acknowledges(mine):
+@EACH_SITE
+@ENDS
+def test_a_radar_that_saw_nothing_dangerous_may_be_removed_without_a_fault(mine, ends):
+    for _ in range(3):
+        mine.send(ROAD, HARMLESS, QUIET_B)
+    mine.run.node.settle()
+    assert mine.alert.held == Level.NORMAL
+    end(mine, ends)
+    mine.changed = WITHOUT_A
+    mine.restart()
+    assert not lacks_a(mine.send(ROAD, QUIET_B, QUIET_B))
+
+
+@pytest.mark.parametrize("ends", ["killed", "deactivated"])
+def test_dangerous_places_of_a_map_with_another_origin_are_a_fault_until_a_person_acknowledges(mine, ends):
     reports_danger(mine)
+    end(mine, ends)
     mine.changed = {"map_origin": (20.0, 0.0, -8.9)}
     for _ in range(2):
         mine.restart()
-        alert = mine.send(ROAD, QUIET._replace(topic=RADAR_B), QUIET)
+        alert = mine.send(ROAD, QUIET_B, HARMLESS)
         assert alert.level == Level.FAULT
-        assert any("map_origin was [0.0, 0.0, 0.0]" in fault and RADAR_A in fault for fault in alert.faults)
+        assert any("before: [0.0, 0.0, 0.0]" in fault and RADAR_A in fault for fault in alert.faults)
+        assert not any("no longer reports" in fault for fault in alert.faults), "no rock starts at a place of that map"
     assert not any("map_origin" in fault for fault in mine.acknowledge().faults)
+    mine.restart()
+    assert not any("map_origin" in fault for fault in mine.send(ROAD, QUIET_B, QUIET).faults)
+
+
+def test_where_the_site_demands_two_persons_two_who_saw_it_end_the_fault_of_a_removed_radar():
+    reported = {}
+    before = {RADAR_A: "danger was possible"}
+    topics = TopicsBefore(reported.__setitem__, AcknowledgeSpec(persons=2, within_s=100.0), before)
+    topics.repeat()
+    assert topics.acknowledged("A. Shift", ()) == (), "A has not seen the fault"
+    assert topics.acknowledged("B. Survey", ["danger was possible"]) == ()
+    assert topics.acknowledged("b survey", ["danger was possible"]) == (), "the same name counts once"
+    assert topics.reasons == before
+    assert topics.acknowledged("A. Shift", ["danger was possible"]) == (RADAR_A,)
+    assert topics.reasons == {} and list(reported.values()) == [""]
 
 
 @pytest.mark.parametrize(
@@ -395,11 +464,14 @@ def test_dangerous_places_of_a_map_with_another_origin_are_a_fault_until_a_perso
     [
         ({}, {}),
         ({"map_origin": [1.0, 2.0, 3.0]}, {}),
-        ({"places": {"a": [[0.0] * 7]}, "map_origin": [0.0, 0.0, 0.0]}, {}),
-        ({"places": {"a": [[0.0] * 7]}}, {"a": "not known"}),  # saved by an older version
-        ({"places": {"": ["a", "z"]}, "map_origin": [0.0, 0.0, 1.0]}, {"a": "[0.0, 0.0, 1.0]", "z": "receives z"}),
-        ({"missed": {"z": 7}, "refused": {"y": "NaN", "a": "NaN"}}, {"y": "receives y", "z": "receives z"}),
-        ({"unjudged": {"a": "for the reason before"}, "map_origin": [0.0] * 3}, {"a": "for the reason before"}),
+        ({"dangers": ["a"], "map_origin": [0.0, 0.0, 0.0]}, {}),
+        ({"dangers": [], "places": {"z": [[0.0] * 7]}, "map_origin": [0.0, 0.0, 0.0]}, {}),  # harmless
+        ({"dangers": ["a", "z"], "map_origin": [0.0, 0.0, 1.0]}, {"a": "before: [0.0, 0.0, 1.0]", "z": "without this"}),
+        ({"places": {"a": [[0.0] * 7]}}, {"a": "an older version"}),
+        ({"places": {"": ["z"]}}, {"z": "without this topic"}),
+        ({"missed": {"z": 7}, "refused": {"y": "NaN", "a": "NaN"}}, {"y": "without this", "z": "without this"}),
+        ({"unjudged": {"a": "for a reason"}, "map_origin": [0.0] * 3}, {"a": "for a reason"}),
+        ({"unjudged": {"a": "for a reason"}, "dangers": ["a"], "map_origin": [1.0] * 3}, {"a": "for a reason; danger"}),
     ],
 )  # fmt: skip
 def test_which_sources_from_before_the_start_cannot_be_judged(memory, topics):
@@ -407,6 +479,8 @@ def test_which_sources_from_before_the_start_cannot_be_judged(memory, topics):
     assert set(found) == set(topics)
     for topic, words in topics.items():
         assert words in found[topic]
+    again = unjudged_topics({**memory, "unjudged": found}, ("a", "b"), (0.0, 0.0, 0.0))
+    assert again == found, "the sentence does not grow with each start"
 
 
 def test_an_acknowledgement_that_ends_a_refusal_lowers_no_level(mine):
