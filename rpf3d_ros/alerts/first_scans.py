@@ -58,6 +58,12 @@ class FirstScans:
             if scan is not None and scan.whole_ns is not None and stamp_ns >= scan.whole_ns:
                 self._scans[topic] = scan._replace(is_answered=True)
 
+    def is_complete(self, topic: str) -> bool:
+        """Return True if the first scan of a topic is complete, or if each of its messages has all places."""
+        with self._lock:
+            scan = self._scans.get(topic)
+        return not self._period_ns or topic == BY_HAND or (scan is not None and scan.is_answered)
+
     def faults(self) -> tuple[str, ...]:
         """Return a fault for each topic whose first scan is not complete."""
         with self._lock:

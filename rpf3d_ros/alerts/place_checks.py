@@ -9,6 +9,7 @@ from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.alerts.time_units import ns_of, when
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.alerts.first_scans import FirstScans
+from rpf3d_ros.alerts.source_topics import BY_HAND
 from rpf3d_ros.alerts.topic_votes import TopicVotes
 from rpf3d_ros.alerts.unreported_evidence import Place, UnreportedEvidence
 from rpf3d_ros.alerts.unreported_places import ReportedPlaces
@@ -126,17 +127,21 @@ class PlaceChecks:
         Places of all topics that may be dangerous or are not judged are saved, if there are any.
         """
         places = self._places.to_remember(self._checks.suspects, self._forgotten)
-        dangers = sorted({*self._checks.dangers, *self._forgotten})
+        dangers = sorted({*self._checks.dangers, *self._forgotten} - {BY_HAND})  # clicks do not outlive a restart
         return {**({"places": places} if places else {}), "dangers": dangers}
 
-    def restore(self, saved: Mapping[str, Any], topics: Collection[str]) -> None:
+    def restore(
+        self, saved: Mapping[str, Any], topics: Collection[str], dangers: Collection[str] | None = None
+    ) -> None:
         """Continue from the places that were saved before a restart, for the topics that the node still has.
 
-        saved : value of the key "places" of `to_remember`
+        saved, dangers : values of the keys "places" and "dangers" of `to_remember`; None for the state of an older
+            version: danger was then possible on all topics with places
         """
         places, lacking = self._places.restore(saved, topics, time.monotonic())
-        for topic in places:
-            self._checks.suspect(topic)
+        for topic in places if dangers is None else dangers:
+            if topic in topics:
+                self._checks.suspect(topic)
         for topic in lacking:
             self._report_forgotten(topic, FORGOTTEN_BEFORE.format(topic), 0, -math.inf)
 

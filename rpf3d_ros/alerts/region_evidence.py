@@ -98,7 +98,7 @@ class RegionEvidence:
         self._topics.note(topic, evidence.trigger_stamp_ns)
         self._scans.answered(topic, evidence.trigger_stamp_ns)
         if self._unreported is not None:
-            self._unreported.note_reported(topic, evidence)
+            self._unreported.note_reported(topic, evidence, self._scans.is_complete(topic))
         known = self._evidence.get(region)
         new = TopicEvidence(topic, evidence, None if known is None else self._judged_before(evidence, known))
         if known is not None and new.stamp_ns < known.stamp_ns:

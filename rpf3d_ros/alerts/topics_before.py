@@ -23,8 +23,10 @@ OTHER_ORIGIN = (
     "danger was possible at places that {0} had reported, and then the node was started with another map_origin "
     "(before: {1}; then: {2}): look at the slope that {0} watches, and acknowledge"
 )
-NOT_KNOWN = "not known, because an older version of rpf3d did not save it"
-"""Words for a `map_origin` that was not saved."""
+UNKNOWN_ORIGIN = (
+    "danger was possible at places that {0} had reported before the update of rpf3d, whose older version did not save "
+    "map_origin (then: {2}): if it has changed, look at the slope that {0} watches; acknowledge"
+)
 
 
 class TopicsBefore:
@@ -78,8 +80,8 @@ def unjudged_topics(memory: Mapping[str, Any], known: Collection[str], origin: C
     found = {topic: NO_TOPIC.format(topic) for topic in sorted(suspects) if topic not in known}
     former = memory.get("map_origin")
     if former != list(origin):
-        words = NOT_KNOWN if former is None else str(former)
-        moved = {topic: OTHER_ORIGIN.format(topic, words, list(origin)) for topic in sorted(dangers)}
+        words = UNKNOWN_ORIGIN if former is None else OTHER_ORIGIN
+        moved = {topic: words.format(topic, former, list(origin)) for topic in sorted(dangers)}
         found = {**moved, **found}
     told: Mapping[str, str] = memory.get("unjudged", {})
     return {topic: _joined(told.get(topic, ""), found.get(topic, "")) for topic in sorted({*told, *found})}

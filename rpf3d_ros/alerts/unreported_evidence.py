@@ -72,7 +72,8 @@ class CheckedPlaces:
     received_ns : stamp (ns) of the newest message of the topic
     main_ns : stamp (ns) of the newest message of the topic that is answered
     danger_ns : stamp (ns) of the newest message whose answer may reach a limit; -1 if there is none
-    was_in_danger : whether danger was possible when all answers were forgotten; None after a later message is answered
+    was_in_danger : whether danger was possible when all answers were forgotten; None as soon as a later answer shows
+        danger, or that there is none
     evidence : the last answer to unreported places that counts
     shown : the last beginnings of sentences, each with the places (x, y, z) (m) that it is about
     """
@@ -257,20 +258,27 @@ class UnreportedEvidence:
                     one.why_failed, one.is_due = "", False
             one.settle()
 
-    def note_reported(self, topic: str, evidence: Evidence) -> None:
-        """Note an answer to the sources that a topic reports, or a fault in its place."""
+    def note_reported(self, topic: str, evidence: Evidence, is_whole: bool = True) -> None:
+        """Note an answer to the sources that a topic reports, or a fault in its place.
+
+        is_whole : True if the topic has reported all its places since answers were forgotten (`FirstScans`); only then
+            may a harmless answer end what was a danger before
+        """
         is_danger = may_reach_a_limit(evidence, self._thresholds) or not evidence.areas
         with self._lock:
             one = self._of(topic)
             if is_danger or is_judged(evidence, self._thresholds) or not evidence.sources:
                 one.main_ns = max(one.main_ns, evidence.trigger_stamp_ns)
-                one.was_in_danger = None
             if is_danger and evidence.sources:
-                one.danger_ns = max(one.danger_ns, evidence.trigger_stamp_ns)
+                one.danger_ns, one.was_in_danger = max(one.danger_ns, evidence.trigger_stamp_ns), None
             one.settle()
-            is_all_harmless = not (is_danger or one.is_unsettled) and is_judged(evidence, self._thresholds)
-            if one.danger_ns == ALWAYS and is_all_harmless:
-                one.danger_ns = -1  # what was dangerous before the stamps became invalid is not dangerous any more
+            is_harmless = not is_danger and is_judged(evidence, self._thresholds)
+            if not evidence.sources:  # of two messages with one stamp, the message with sources counts
+                is_harmless = evidence.trigger_stamp_ns > one.received_ns
+            if is_harmless and is_whole and not one.is_unsettled:
+                one.was_in_danger = None
+                if one.danger_ns == ALWAYS:
+                    one.danger_ns = -1  # what was dangerous before the stamps became invalid is so no longer
 
     def faults(self) -> dict[str, str]:
         """Return the fault of each topic with dangerous or unjudged unreported places as a sentence, by topic."""

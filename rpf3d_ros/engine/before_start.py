@@ -51,6 +51,11 @@ class BeforeStart:
         return {} if has_moved(self.memory, self.origin) else self.memory.get("places", {})
 
     @property
+    def dangers(self) -> Collection[str] | None:
+        """The topics on which danger was possible; None if an older version did not save them."""
+        return self.memory.get("dangers")
+
+    @property
     def origin(self) -> tuple[float, float, float]:
         """The origin of the map (m)."""
         return self._configuration.parameters.frame.origin

@@ -123,7 +123,7 @@ class Station:
             self._remember_refusals()
             self.desk = self._desk_of(configuration, configuration.thresholds)
             self._places = self._places_of(configuration.thresholds, self.desk)
-            self._places.restore(self._before.places, self._before.sensors)
+            self._places.restore(self._before.places, self._before.sensors, self._before.dangers)
             self._report_terrain()
             self._refused_inputs.repeat()
             self._areas.repeat()

@@ -386,6 +386,17 @@ def test_a_program_that_falls_behind_reads_closed_no_longer_than_a_line_is_valid
     assert not any(line_says_closed(line) for line in waiting)
 
 
+def test_the_state_in_a_file_was_read_after_the_time_in_it(monkeypatch, tmp_path):
+    times, read_at, path = iter(range(1_000_000)), [], tmp_path / "contact"
+    monkeypatch.setattr(alarm_contacts, "_until", lambda: next(times))
+    monkeypatch.setattr(Wanted, "is_closed", property(lambda self: read_at.append(next(times)) or False))
+    contact = FileContact(path)
+    wait(lambda: float(path.read_bytes().split()[-1]) > 0.0)  # the first time is that of the start
+    written = float(path.read_bytes().split()[-1])
+    contact.close()
+    assert written < read_at[0]
+
+
 def test_the_state_in_a_line_was_read_after_the_time_in_it(monkeypatch):
     """If the process is stopped between both, the line is old when it is sent."""
     times = iter(range(1_000_000))

@@ -539,11 +539,16 @@ def dangerous_before_a_restart(checks):
     checks.suspect(RADAR)
 
 
+def dangerous_long_ago(checks):
+    dangerous(checks)
+    checks.note_reported(RADAR, answered(1, HARMLESS))
+
+
 @pytest.mark.parametrize(
     ("happens", "is_possible"),
     [
-        (harmless, False), (harmless_with_an_unreported_place, False), (dangerous, True), (not_answered, True),
-        (dangerous_at_an_unreported_place, True), (dangerous_before_a_restart, True),
+        (harmless, False), (harmless_with_an_unreported_place, False), (dangerous_long_ago, False), (dangerous, True),
+        (not_answered, True), (dangerous_at_an_unreported_place, True), (dangerous_before_a_restart, True),
     ],
 )  # fmt: skip
 def test_where_danger_was_possible_it_is_so_after_all_answers_were_forgotten_and_nowhere_else(happens, is_possible):
@@ -557,8 +562,23 @@ def test_where_danger_was_possible_it_is_so_after_all_answers_were_forgotten_and
         assert checks.suspects == (RADAR,), "nothing is judged any more"
     checks.received(RADAR, NOW + 5 * S)
     assert checks.dangers == (RADAR,), "a message with sources is not answered"
-    checks.note_reported(RADAR, answered(5, HARMLESS))
     checks.end(RADAR)
+    checks.note_reported(RADAR, answered(5, HARMLESS), is_whole=False)
+    assert checks.dangers == expected, "other places of the scan have not been reported"
+    checks.note_reported(RADAR, answered(5, area(flown=50)))
+    assert checks.dangers == expected, "a small answer judges nothing"
+    checks.note_reported(RADAR, answered(6, HARMLESS))
+    assert checks.dangers == ()
+
+
+def test_an_empty_message_ends_a_danger_from_before_unless_it_has_the_stamp_of_sources():
+    checks = Checked()
+    checks.suspect(RADAR)
+    checks.received(RADAR, NOW + 5 * S)
+    nothing = answered(5)._replace(sources=0)
+    checks.note_reported(RADAR, nothing)
+    assert checks.dangers == (RADAR,), "the sources of this stamp count"
+    checks.note_reported(RADAR, nothing._replace(trigger_stamp_ns=NOW + 6 * S))
     assert checks.dangers == ()
 
 

@@ -20,6 +20,7 @@ from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.alerts.levels import Level
 from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.alerts.site_model import AcknowledgeSpec, Thresholds
+from rpf3d_ros.alerts import unreported_places
 from rpf3d_ros.alerts.areas_before import AreasBefore
 from rpf3d_ros.alerts.topics_before import TopicsBefore, unjudged_topics
 from rpf3d_ros.alerts.unknown_before import ADVICE, UnknownBefore
@@ -404,11 +405,24 @@ def test_a_radar_that_is_removed_or_renamed_after_danger_was_possible_is_a_fault
     assert audit_log(mine.folder).sound
 
 
+STARTS = pytest.mark.parametrize("starts", [0, 1, 2], ids=["at once", "after another start", "after two other starts"])
+"""How often the node starts with unchanged parameters before radar A is removed; radar A is silent then."""
+
+
+def start_unchanged(mine, starts, ends):
+    for _ in range(starts):
+        mine.restart()
+        mine.send(ROAD, QUIET_B)
+        end(mine, ends)
+
+
 @EACH_SITE
 @ENDS
-def test_danger_on_a_radar_that_is_removed_is_a_fault_on_every_site_however_the_node_had_ended(mine, ends):
+@STARTS
+def test_danger_on_a_radar_that_is_removed_is_a_fault_on_every_site_however_the_node_had_ended(mine, ends, starts):
     reports_danger(mine)
     end(mine, ends)
+    start_unchanged(mine, starts, ends)
     mine.changed = WITHOUT_A
     mine.restart()
     mine.send(ROAD, QUIET_B)
@@ -419,12 +433,27 @@ def test_danger_on_a_radar_that_is_removed_is_a_fault_on_every_site_however_the_
 
 @EACH_SITE
 @ENDS
-def test_a_radar_that_saw_nothing_dangerous_may_be_removed_without_a_fault(mine, ends):
+def test_too_many_dangerous_places_to_be_saved_are_a_fault_if_their_radar_is_removed_later(mine, ends, monkeypatch):
+    monkeypatch.setattr(unreported_places, "REMEMBERED", 0)
+    reports_danger(mine)
+    end(mine, ends)
+    start_unchanged(mine, 1, ends)
+    mine.changed = WITHOUT_A
+    mine.restart()
+    mine.send(ROAD, QUIET_B)
+    assert lacks_a(mine.send(QUIET_B))
+
+
+@EACH_SITE
+@ENDS
+@STARTS
+def test_a_radar_that_saw_nothing_dangerous_may_be_removed_without_a_fault(mine, ends, starts):
     for _ in range(3):
         mine.send(ROAD, HARMLESS, QUIET_B)
     mine.run.node.settle()
     assert mine.alert.held == Level.NORMAL
     end(mine, ends)
+    start_unchanged(mine, starts, ends)
     mine.changed = WITHOUT_A
     mine.restart()
     assert not lacks_a(mine.send(ROAD, QUIET_B, QUIET_B))
@@ -444,6 +473,36 @@ def test_dangerous_places_of_a_map_with_another_origin_are_a_fault_until_a_perso
     assert not any("map_origin" in fault for fault in mine.acknowledge().faults)
     mine.restart()
     assert not any("map_origin" in fault for fault in mine.send(ROAD, QUIET_B, QUIET).faults)
+
+
+@pytest.mark.parametrize("mine", [site_with(5)], indirect=True)
+def test_a_harmless_message_of_a_scan_that_is_not_complete_ends_no_danger_from_before(mine):
+    reports_danger(mine)
+    end(mine, "clock went back")
+    mine.send(ROAD, HARMLESS, HARMLESS)
+    mine.changed = WITHOUT_A
+    mine.restart()
+    mine.send(ROAD, QUIET_B)
+    assert lacks_a(mine.send(QUIET_B)), "the message may have been about another wall"
+
+
+@EACH_SITE
+def test_an_empty_message_of_a_whole_scan_ends_the_danger_from_before_a_restart(mine):
+    reports_danger(mine)
+    mine.restart()
+    mine.send(ROAD, QUIET_B, QUIET)
+    mine.stay_quiet(6.0)
+    mine.changed = WITHOUT_A
+    mine.restart()
+    assert not lacks_a(mine.send(ROAD, QUIET_B, QUIET_B))
+
+
+def test_where_the_site_demands_two_persons_a_person_who_saw_nothing_is_not_counted():
+    before = {RADAR_A: "danger was possible"}
+    topics = TopicsBefore(lambda *_: None, AcknowledgeSpec(persons=2, within_s=100.0), before)
+    assert topics.acknowledged("A. Shift", ()) == ()
+    assert topics.acknowledged("B. Survey", ["danger was possible"]) == ()
+    assert topics.acknowledged("C. Mine", ["danger was possible"]) == (RADAR_A,), "A has not voted, so B and C are two"
 
 
 def test_where_the_site_demands_two_persons_two_who_saw_it_end_the_fault_of_a_removed_radar():
@@ -467,7 +526,7 @@ def test_where_the_site_demands_two_persons_two_who_saw_it_end_the_fault_of_a_re
         ({"dangers": ["a"], "map_origin": [0.0, 0.0, 0.0]}, {}),
         ({"dangers": [], "places": {"z": [[0.0] * 7]}, "map_origin": [0.0, 0.0, 0.0]}, {}),  # harmless
         ({"dangers": ["a", "z"], "map_origin": [0.0, 0.0, 1.0]}, {"a": "before: [0.0, 0.0, 1.0]", "z": "without this"}),
-        ({"places": {"a": [[0.0] * 7]}}, {"a": "an older version"}),
+        ({"places": {"a": [[0.0] * 7]}}, {"a": "whose older version did not save map_origin"}),
         ({"places": {"": ["z"]}}, {"z": "without this topic"}),
         ({"missed": {"z": 7}, "refused": {"y": "NaN", "a": "NaN"}}, {"y": "without this", "z": "without this"}),
         ({"unjudged": {"a": "for a reason"}, "map_origin": [0.0] * 3}, {"a": "for a reason"}),
