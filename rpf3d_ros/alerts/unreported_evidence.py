@@ -72,8 +72,8 @@ class CheckedPlaces:
     received_ns : stamp (ns) of the newest message of the topic
     main_ns : stamp (ns) of the newest message of the topic that is answered
     danger_ns : stamp (ns) of the newest message whose answer may reach a limit; -1 if there is none
-    was_in_danger : whether danger was possible when all answers were forgotten; None as soon as a later answer shows
-        danger, or that there is none
+    has_danger : True from an answer that shows danger until an answer to all places of the topic shows none; stamps
+        that become invalid do not change it
     evidence : the last answer to unreported places that counts
     shown : the last beginnings of sentences, each with the places (x, y, z) (m) that it is about
     """
@@ -90,7 +90,7 @@ class CheckedPlaces:
     received_ns: int = -1
     main_ns: int = -1
     danger_ns: int = -1
-    was_in_danger: bool | None = None
+    has_danger: bool = False
     evidence: Evidence | None = None
     shown: dict[str, frozenset[Place]] = field(default_factory=dict)
 
@@ -106,14 +106,13 @@ class CheckedPlaces:
 
     @property
     def is_in_danger(self) -> bool:
-        """True if the last answer showed danger, a message with sources is not answered, or `is_unsettled`.
+        """True if danger was shown and did not end, or if it is not known whether there is danger.
 
-        After all answers were forgotten, `is_suspect` is True for every topic, but this property only if it was before.
+        It is not known while a message with sources or new unreported places are not answered. After all answers were
+        forgotten, `is_suspect` is True for every topic, but this property only if it was before.
         """
-        is_unanswered = self.received_ns > self.main_ns
-        if self.was_in_danger is not None:
-            return self.was_in_danger or is_unanswered
-        return self.is_unsettled or is_unanswered or (self.danger_ns >= 0 and self.main_ns <= self.danger_ns)
+        is_unanswered = self.received_ns > self.main_ns or any(each.stamp_ns != ANY for each in self.expected)
+        return bool(self.has_danger or self.stands or self.is_dangerous or self.why_failed or is_unanswered)
 
     @property
     def is_unsettled(self) -> bool:
@@ -235,7 +234,8 @@ class UnreportedEvidence:
     def suspect(self, topic: str) -> None:
         """Note that the topic had reported danger before a restart."""
         with self._lock:
-            self._of(topic).danger_ns = ALWAYS
+            one = self._of(topic)
+            one.danger_ns, one.has_danger = ALWAYS, True
 
     def note(self, topic: str, evidence: Evidence) -> None:
         """Note an answer to the unreported places of a topic, or a fault in its place.
@@ -270,13 +270,14 @@ class UnreportedEvidence:
             if is_danger or is_judged(evidence, self._thresholds) or not evidence.sources:
                 one.main_ns = max(one.main_ns, evidence.trigger_stamp_ns)
             if is_danger and evidence.sources:
-                one.danger_ns, one.was_in_danger = max(one.danger_ns, evidence.trigger_stamp_ns), None
+                one.danger_ns, one.has_danger = max(one.danger_ns, evidence.trigger_stamp_ns), True
             one.settle()
             is_harmless = not is_danger and is_judged(evidence, self._thresholds)
             if not evidence.sources:  # of two messages with one stamp, the message with sources counts
                 is_harmless = evidence.trigger_stamp_ns > one.received_ns
-            if is_harmless and is_whole and not one.is_unsettled:
-                one.was_in_danger = None
+            is_newest = evidence.trigger_stamp_ns >= one.main_ns
+            if is_harmless and is_whole and is_newest and not one.is_unsettled:
+                one.has_danger = False
                 if one.danger_ns == ALWAYS:
                     one.danger_ns = -1  # what was dangerous before the stamps became invalid is so no longer
 
@@ -338,8 +339,8 @@ class UnreportedEvidence:
         now_ns = self._now()
         with self._lock:
             for topic, one in self._topics.items():
-                one.was_in_danger = one.is_in_danger
                 one.stands = bool(self._fault_of(topic, one, now_ns))
+                one.has_danger = one.is_in_danger
                 one.expect_all_again(now_ns + self._longest_ns, self._longest)
                 one.received_ns = one.main_ns = -1
                 one.why_failed, one.is_due = "", False

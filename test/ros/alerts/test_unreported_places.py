@@ -571,6 +571,45 @@ def test_where_danger_was_possible_it_is_so_after_all_answers_were_forgotten_and
     assert checks.dangers == ()
 
 
+def note_danger(checks):
+    checks.note(RADAR, answered(9, DANGER))
+
+
+def note_fault(checks):
+    checks.note(RADAR, answered(9, HARMLESS)._replace(faults=("over a hole",)))
+
+
+@pytest.mark.parametrize("happens", [note_danger, note_fault, UnreportedEvidence.lose], ids=["danger", "fault", "lost"])
+def test_danger_at_unreported_places_counts_after_the_answers_of_a_harmless_topic_were_forgotten(happens):
+    checks = Checked()
+    harmless_with_an_unreported_place(checks)
+    checks.forget()
+    assert checks.dangers == ()
+    checks.note_reported(RADAR, answered(8, HARMLESS))
+    happens(checks)
+    assert checks.dangers == (RADAR,)
+    for _ in range(2):
+        checks.forget()
+        assert checks.dangers == (RADAR,)
+
+
+def test_a_danger_of_which_not_all_places_were_answered_is_ended_by_no_harmless_answer_to_a_part():
+    checks = Checked()
+    not_answered(checks)
+    checks.forget()
+    checks.note_reported(RADAR, answered(2, DANGER), is_whole=False)
+    checks.note_reported(RADAR, answered(3, HARMLESS), is_whole=False)
+    assert checks.dangers == (RADAR,)
+
+
+def test_an_older_harmless_answer_ends_no_newer_danger():
+    checks = Checked()
+    checks.suspect(RADAR)
+    checks.note_reported(RADAR, answered(2, DANGER))
+    checks.note_reported(RADAR, answered(1, HARMLESS))
+    assert checks.dangers == (RADAR,)
+
+
 def test_an_empty_message_ends_a_danger_from_before_unless_it_has_the_stamp_of_sources():
     checks = Checked()
     checks.suspect(RADAR)

@@ -486,6 +486,17 @@ def test_a_harmless_message_of_a_scan_that_is_not_complete_ends_no_danger_from_b
     assert lacks_a(mine.send(QUIET_B)), "the message may have been about another wall"
 
 
+@pytest.mark.parametrize("mine", [site_with(5)], indirect=True)
+def test_a_harmless_message_after_a_pause_of_a_scan_ends_no_danger(mine):
+    reports_danger(mine)
+    mine.stay_quiet_b(20.0)
+    mine.send(HARMLESS)
+    mine.changed = WITHOUT_A
+    mine.restart()
+    mine.send(ROAD, QUIET_B)
+    assert lacks_a(mine.send(QUIET_B))
+
+
 @EACH_SITE
 def test_an_empty_message_of_a_whole_scan_ends_the_danger_from_before_a_restart(mine):
     reports_danger(mine)
