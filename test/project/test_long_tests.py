@@ -44,7 +44,7 @@ def test_the_list_of_long_tests_names_tests_that_are_there() -> None:
 
 def test_a_long_test_is_one_that_takes_long_is_not_the_quickest_of_its_file_and_is_not_kept() -> None:
     seconds = {
-        "a/test_a.py::test_quick": 0.1, "a/test_a.py::test_short": 1.4, "a/test_a.py::test_slow": 9.0,
+        "a/test_a.py::test_quick": 0.1, "a/test_a.py::test_short": 0.9, "a/test_a.py::test_slow": 9.0,
         "b/test_b.py::test_only": 20.0, "b/test_b.py::test_slower": 30.0, f"{KEPT[-1]}test_x": 40.0,
         f"{KEPT[-1]}test_y": 50.0,
     }  # fmt: skip

@@ -21,7 +21,7 @@ LONG_LIST = Path(__file__).with_name("long_tests.txt")
 """File with one line for each long test function, longest first: its seconds, its file in `test`, and its name."""
 SHORT = 3.0
 """Smallest time (s) of a test file in LIST; files that are not listed run last."""
-LONGEST = 1.5
+LONGEST = 1.0
 """Largest time (s) of all examples of a test function that `make test` runs."""
 KEPT = (
     "project/test_golden.py::test_an_entry_has_the_golden_results",
@@ -29,8 +29,10 @@ KEPT = (
     "ros/faults/test_never_green.py::",
     "commands/test_first_scenes.py::",
     "hard/test_never_below.py::",
+    "project/test_docs.py::",
+    "project/test_layers.py::",
 )
-"""First characters of functions that `make test` always runs: equal results, danger that is shown, the first scenes."""
+"""First characters of functions that `make test` always runs, such as those of equal results and false greens."""
 DURATION = re.compile(r"^ *([\d.]+)s (?:setup|call|teardown) +test/([\w/]+\.py)::(\w+)", re.MULTILINE)
 
 
