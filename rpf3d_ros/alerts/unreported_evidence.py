@@ -271,8 +271,10 @@ class UnreportedEvidence:
                 one.main_ns = max(one.main_ns, evidence.trigger_stamp_ns)
             if is_danger and evidence.sources:
                 one.danger_ns, one.has_danger = max(one.danger_ns, evidence.trigger_stamp_ns), True
+            if evidence.sources and evidence.faults:  # some sources released no rock: nothing is known about them
+                one.has_danger = True
             one.settle()
-            is_harmless = not is_danger and is_judged(evidence, self._thresholds)
+            is_harmless = not (is_danger or evidence.faults) and is_judged(evidence, self._thresholds)
             if not evidence.sources:  # of two messages with one stamp, the message with sources counts
                 is_harmless = evidence.trigger_stamp_ns > one.received_ns
             is_newest = evidence.trigger_stamp_ns >= one.main_ns

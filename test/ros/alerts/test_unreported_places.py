@@ -602,6 +602,18 @@ def test_a_danger_of_which_not_all_places_were_answered_is_ended_by_no_harmless_
     assert checks.dangers == (RADAR,)
 
 
+def test_an_answer_to_a_part_of_the_sources_ends_no_danger():
+    """A source under the ground releases no rock: the others may be harmless, but it is not known about this one."""
+    partly = answered(1, HARMLESS)._replace(faults=("1 of 2 sources is under the ground",))
+    for happens in (harmless, dangerous):
+        checks = Checked()
+        happens(checks)
+        checks.note_reported(RADAR, partly)
+        assert checks.dangers == (RADAR,)
+        checks.note_reported(RADAR, answered(2, HARMLESS))
+        assert checks.dangers == ()
+
+
 def test_an_older_harmless_answer_ends_no_newer_danger():
     checks = Checked()
     checks.suspect(RADAR)
