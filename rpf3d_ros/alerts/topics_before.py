@@ -79,12 +79,12 @@ def unjudged_topics(memory: Mapping[str, Any], known: Collection[str], origin: C
     suspects = {*dangers, *memory.get("missed", ()), *memory.get("refused", ())}
     found = {topic: NO_TOPIC.format(topic) for topic in sorted(suspects) if topic not in known}
     former = memory.get("map_origin")
-    if former != list(origin):
+    if former is None or has_moved(memory, origin):
         words = UNKNOWN_ORIGIN if former is None else OTHER_ORIGIN
         moved = {topic: words.format(topic, former, list(origin)) for topic in sorted(dangers)}
         found = {**moved, **found}
-    told: Mapping[str, str] = memory.get("unjudged", {})
-    return {topic: _joined(told.get(topic, ""), found.get(topic, "")) for topic in sorted({*told, *found})}
+    saved: Mapping[str, str] = memory.get("unjudged", {})
+    return {topic: _joined(saved.get(topic, ""), found.get(topic, "")) for topic in sorted({*saved, *found})}
 
 
 def has_moved(memory: Mapping[str, Any], origin: Collection[float]) -> bool:
@@ -98,6 +98,6 @@ def _topics_with_places(memory: Mapping[str, Any]) -> set[str]:
     return {topic for topic in saved if topic} | set(saved.get("", ()))
 
 
-def _joined(told: str, found: str) -> str:
-    """Return two sentences as one; `told` alone if it has the words of `found` already."""
-    return told if found in told else "; ".join(filter(None, (told, found)))
+def _joined(saved: str, found: str) -> str:
+    """Return two sentences as one; `saved` alone if it contains `found` already."""
+    return saved if found in saved else "; ".join(filter(None, (saved, found)))

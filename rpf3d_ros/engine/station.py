@@ -184,11 +184,11 @@ class Station:
         standing = self.flyer.standing
         terrain = self._before.terrain_to_remember(standing.ground if standing is not None else None)
         stamps = {topic: at for topic, at in self.guards.stamps.items() if topic in REMEMBERED_STAMPS}
-        others: dict[str, Any] = {"areas": list(self._areas.topics), "stamps": stamps}
-        others |= {"lacks": list(self._terrain_lack), "map_origin": list(self._before.origin)}
+        topics = {"refused": self._refused_inputs.reasons, "unjudged": self._topics.reasons}
+        others = {"areas": list(self._areas.topics), "stamps": stamps, "lacks": list(self._terrain_lack)}
         places = self._places.to_remember() if self._places is not None else {}
-        refused = {"refused": self._refused_inputs.reasons, "unjudged": self._topics.reasons}
-        return {**refused, **others, **places, **terrain, **self.builder.to_remember()}
+        origin = {"map_origin": list(self._before.origin)}
+        return {**topics, **others, **origin, **places, **terrain, **self.builder.to_remember()}
 
     def _note_terrain_before(self) -> None:
         """Note the patches that the restored terrain contains, and the patches and whole survey that it lacks.

@@ -171,11 +171,16 @@ def is_closed(path: Path) -> bool:
 def _says_closed(content: bytes) -> bool:
     """True if the content of a contact file is `closed`, and the end of its validity is neither past nor far ahead."""
     _, _, until = content.partition(UNTIL)
+    return content.startswith(CLOSED) and _is_valid(until)
+
+
+def _is_valid(until: bytes) -> bool:
+    """True if a time (text, s since the epoch), the end of a validity, is neither past nor far ahead."""
     try:
         left = float(until) - time.time()
     except ValueError:
         return False
-    return content.startswith(CLOSED) and 0.0 <= left <= VALID
+    return 0.0 <= left <= VALID
 
 
 class TcpContact:
@@ -250,8 +255,4 @@ def _until() -> float:
 def line_says_closed(line: bytes) -> bool:
     """True if a line of a TCP contact says `closed`, and the end of its validity is neither past nor far ahead."""
     word, _, until = line.strip().partition(b" ")
-    try:
-        left = float(until) - time.time()
-    except ValueError:
-        return False
-    return word == CLOSED.strip() and 0.0 <= left <= VALID
+    return word == CLOSED.strip() and _is_valid(until)

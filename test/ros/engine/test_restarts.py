@@ -75,18 +75,11 @@ class Mine:
             self.run.node.tick()
         return self.alert
 
-    def stay_quiet(self, seconds):
-        """Let both radars see nothing for some seconds; return the last alert."""
+    def stay_quiet(self, seconds, topics=(RADAR_B, RADAR_A)):
+        """Let radars see nothing for some seconds; return the last alert."""
         until = self.at + seconds
         while self.at < until:
-            self.send(QUIET._replace(topic=RADAR_B), QUIET)
-        return self.alert
-
-    def stay_quiet_b(self, seconds):
-        """Let radar B see nothing for some seconds; return the last alert."""
-        until = self.at + seconds
-        while self.at < until:
-            self.send(QUIET._replace(topic=RADAR_B))
+            self.send(*(QUIET._replace(topic=topic) for topic in topics))
         return self.alert
 
     @property
@@ -426,7 +419,7 @@ def test_danger_on_a_radar_that_is_removed_is_a_fault_on_every_site_however_the_
     mine.changed = WITHOUT_A
     mine.restart()
     mine.send(ROAD, QUIET_B)
-    alert = mine.stay_quiet_b(6.0)
+    alert = mine.stay_quiet(6.0, [RADAR_B])
     assert alert.level == Level.FAULT and lacks_a(alert)
     assert not lacks_a(mine.acknowledge())
 
@@ -489,7 +482,7 @@ def test_a_harmless_message_of_a_scan_that_is_not_complete_ends_no_danger_from_b
 @pytest.mark.parametrize("mine", [site_with(5)], indirect=True)
 def test_a_harmless_message_after_a_pause_of_a_scan_ends_no_danger(mine):
     reports_danger(mine)
-    mine.stay_quiet_b(20.0)
+    mine.stay_quiet(20.0, [RADAR_B])
     mine.send(HARMLESS)
     mine.changed = WITHOUT_A
     mine.restart()
