@@ -15,6 +15,7 @@ import math
 from typing import NamedTuple
 
 from rpf3d_core.jit.dispatch import kernel
+from rpf3d_core.terrain.facet_geometry import ALONG_EDGE
 from rpf3d_core.values import Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale
 
@@ -209,9 +210,12 @@ def exit_point(path: SlidePath, inward: Vec, distance: float) -> float:
     The path bends in one direction only, so it moves away from the edge at most once and towards the edge at most once.
     """
     A, turn = dot(inward, path.down), turning_point(path, inward)
-    heads_in, ends_inwards = dot(inward, slide_velocity(path, 0.0)) >= 0.0, A > 0.0
+    entering, ends_inwards = dot(inward, slide_velocity(path, 0.0)), A > 0.0
+    heads_in = entering >= 0.0
     if heads_in and A >= 0.0:
         return math.inf
+    if ends_inwards and entering >= -ALONG_EDGE * norm(inward) * path.speed:
+        return math.inf  # the rock starts along the edge, but for rounding, and gravity pulls it into the facet
     if ends_inwards and turn < 0.0:  # the rock moves along the edge, outwards only by rounding
         return math.inf
     low = max(turn, 0.0) if heads_in else 0.0

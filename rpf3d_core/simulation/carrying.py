@@ -18,7 +18,7 @@ from rpf3d_core.terrain.facet_geometry import (
     stored_normal,
 )
 from rpf3d_core.values import ZERO, Vec
-from rpf3d_core.vectors import along, dot, scale, subtract, without
+from rpf3d_core.vectors import along, cross, dot, scale, subtract, without
 
 
 class Hold(NamedTuple):
@@ -57,7 +57,9 @@ def held_by(physics: Physics, state: State, contact: Contact, n: Vec, rock: Rock
             return Hold(
                 PreviousContact(facet=contact.facet, other=last, side=contact.side, resting=True, before=before), kept
             )
-        return Hold(alone, kept) if g_n > 0.0 else Hold(NOTHING_LEFT, v)  # the line ends; an overhang carries no rock
+        if g_n > 0.0:
+            return Hold(alone, kept)
+        return Hold(PreviousContact(facet=last, other=-1, side=contact.side, resting=True, before=-1), kept)
     return Hold(alone, along(v, n)) if slight else Hold(NOTHING_LEFT, v)
 
 
@@ -83,7 +85,7 @@ def _held_line(physics: Physics, state: State, contact: Contact, n: Vec, slight:
         return ZERO
     line = line_between(facets, contact.facet, last, x, v)
     if one_plane:
-        return line
+        return line if _is_level_across(n, line) else ZERO
     if lies_below(facets, contact.facet, last, contact.side, NEAR * facets.tolerance):
         return ZERO  # the formula also gives two pushes at a ridge, but a ridge does not carry a rock
     held = gully(n, m, line, settings.gravity)
@@ -96,6 +98,15 @@ def _held_line(physics: Physics, state: State, contact: Contact, n: Vec, slight:
     if climbs or bounces:
         return ZERO
     return ZERO if not slight and _is_thrown_out(physics, state, contact, n, m, rock) else line
+
+
+@kernel
+def _is_level_across(n: Vec, line: Vec) -> bool:
+    """Return True if gravity hardly pulls a rock across a line on a plane, so the smallest kink at the line holds it.
+
+    n : (3,) unit normal of the plane; line : (3,) unit vector in the plane
+    """
+    return abs(cross(n, line)[2]) <= PARALLEL
 
 
 @kernel

@@ -31,6 +31,11 @@ Around a vertex of six facets, this is enough to try each facet five times, with
 """
 
 
+HALVINGS = 12
+"""Number of times that a ground segment is halved at most, to find where a rock meets a separate part of the terrain.
+
+A segment that turns by 7 degrees then turns by less than 0.002 degrees, and its chord is nearly the path of the rock.
+"""
 STUCK = 16
 """Number of consecutive path segments without progress after which a rock is treated as stuck.
 
@@ -72,7 +77,7 @@ def slide_on(ground: object, physics: Physics, locator: Any, state: State, rock:
     At the end of the segment the rock stops, changes its direction, or flies off the facet. All ground models that have
     a `Law` use this rule.
     """
-    return along_piece(physics.pieces, physics, state, _slide(physics, state, rock), rock, record)  # type: ignore[no-any-return]
+    return along_piece(physics.pieces, physics, state, _slide(physics, state, rock, math.inf), rock, record)  # type: ignore[no-any-return]
 
 
 @model_function
@@ -124,15 +129,41 @@ def up_to_other_piece(
     """Return the state of a rock at the end of a ground segment, or where it meets an obstacle or other ground.
 
     Other ground is a separate part of the terrain, to which the facet under the rock does not belong. The segment bends
-    by 7 degrees at most, so its chord decides where the rock meets other ground, as for obstacles.
+    by 7 degrees at most, so its chord decides where the rock meets other ground, as for obstacles. But the chord may
+    enter a facet from which the rock itself moves away, before its path bends back. The segment is then halved, until
+    the rock moves into the facet that the chord enters, or the chord enters no facet.
+
+    pieces : the separate parts of the terrain; piece : the ground segment
+    """
+    contact = _other_piece_on(pieces, physics, state, piece)
+    for _ in range(HALVINGS):
+        if contact.facet < 0 or _moves_into(physics, state, piece, contact):
+            break
+        piece = _slide(physics, state, rock, 0.5 * (piece.motion.t - state.motion.t))
+        contact = _other_piece_on(pieces, physics, state, piece)
+    if contact.t < obstacle_on(physics.effects, state, piece, rock).t:
+        return _onto_other_piece(physics, state, piece, contact, rock, record)
+    return along_own_piece(pieces, physics, state, piece, rock, record)
+
+
+@kernel
+def _other_piece_on(pieces: TerrainPieces, physics: Physics, state: State, piece: SlideSegment) -> Contact:
+    """Return the first contact of a ground segment's chord with other ground; `t` is a share (-) of the chord.
 
     pieces : the separate parts of the terrain; piece : the ground segment
     """
     way = subtract(piece.motion.x, state.motion.x)
-    contact = contact_on_way(pieces, physics.facets, state.motion.x, way, state.left)
-    if contact.t < obstacle_on(physics.effects, state, piece, rock).t:
-        return _onto_other_piece(physics, state, piece, contact, rock, record)
-    return along_own_piece(pieces, physics, state, piece, rock, record)
+    return contact_on_way(pieces, physics.facets, state.motion.x, way, state.left)  # type: ignore[no-any-return]
+
+
+@kernel
+def _moves_into(physics: Physics, state: State, piece: SlideSegment, contact: Contact) -> bool:
+    """Return True if a rock moves into the facet of a contact with other ground, and not only the segment's chord does.
+
+    piece : the ground segment; contact : the contact, with t as the share of the segment's chord
+    """
+    before = on_piece(state.motion, piece.motion, contact.t)
+    return dot(before.v, stored_normal(physics.facets, contact.facet)) * contact.side < 0.0  # type: ignore[no-any-return]
 
 
 @kernel
@@ -147,7 +178,9 @@ def _onto_other_piece(
 
     piece : the ground segment; contact : the contact with the facet, with t as the share of the segment's chord
     """
-    before = _towards(on_piece(state.motion, piece.motion, contact.t), subtract(piece.motion.x, state.motion.x))
+    before = on_piece(state.motion, piece.motion, contact.t)
+    if not _moves_into(physics, state, piece, contact):
+        before = _towards(before, subtract(piece.motion.x, state.motion.x))
     length, tolerance = contact.t * piece.length, physics.facets.tolerance
     note_piece(record, state.tally, state.motion, before.v, SLIDING)
     tally = with_slide(state.tally, length, before, tolerance, False)
@@ -268,11 +301,31 @@ def _outcome_of_stuck(settings: Settings, v: Vec, idle: int) -> int:
 
 
 @kernel
-def _slide(physics: Physics, state: State, rock: RockContext) -> SlideSegment:
-    """Return the next ground segment from the rock's position: along its facet or gully, with the friction there."""
+def _slide(physics: Physics, state: State, rock: RockContext, longest: float) -> SlideSegment:
+    """Return the next ground segment from the rock's position: along its facet or gully, with the friction there.
+
+    longest : duration (s) after which the segment ends, as at a bend, if it lasts longer; inf for no such limit
+    """
+    until_end = physics.settings.max_time - state.motion.t
+    piece = _slide_for(physics, state, rock, min(until_end, longest))
+    if not piece.late or until_end <= longest:
+        return piece
+    return SlideSegment(
+        motion=piece.motion,
+        length=piece.length,
+        stopped=False,
+        late=False,
+        left_first=False,
+        left_second=False,
+        bends=True,
+    )
+
+
+@kernel
+def _slide_for(physics: Physics, state: State, rock: RockContext, time_left: float) -> SlideSegment:
+    """Return the next ground segment from the rock's position, which is `late` if it lasts longer than time_left (s)."""
     facets, settings, left, motion = physics.facets, physics.settings, state.left, state.motion
     first = ground_of(physics, left.facet, rock, state)
-    time_left = settings.max_time - motion.t
     n = scale(left.side, stored_normal(facets, left.facet))
     line = line_between(facets, left.facet, left.other, motion.x, motion.v) if left.other >= 0 else ZERO
     if line[0] == 0.0 and line[1] == 0.0 and line[2] == 0.0:

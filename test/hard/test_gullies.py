@@ -13,6 +13,7 @@ from scenes_of_facets import (
     grid_triangles,
     gully,
     joined,
+    rough_grid,
     specific_energy,
     surface,
     terrain_of,
@@ -222,3 +223,51 @@ def test_a_rock_passes_the_kinks_of_a_sharp_gully_although_it_bounces_there_a_hu
     _, first = np.unique(flights.impacts.row, return_index=True)
     assert max(np.diff([*first, len(flights.impacts.row)])) > 64, "bounces that would have counted as no progress"
     assert lies_on(over, flights) and loses_energy(flights)
+
+
+@BOTH
+@pytest.mark.parametrize("angle", [27.0, 45.0])
+@pytest.mark.parametrize("cell", [1.0, 2.0, 3.7])
+def test_a_rock_that_moves_along_an_edge_within_a_plane_slides_as_on_one_facet(engine, cell, angle):
+    """Rocks start exactly on edges of a grid, with velocities exactly along these edges."""
+    slope = math.tan(math.radians(angle))
+    grid, alone = (rough_grid(cells, 20.0 * cell, slope, 0.0) for cells in (20, 1))
+    near = np.abs(grid.vertices[grid.triangles].mean(axis=1)[:, :2] - (10.0 * cell, 8.0 * cell)).max(axis=1) < cell
+    corners = grid.vertices[grid.triangles[near]]
+    edges = (np.roll(corners, -1, axis=1) - corners).reshape(-1, 3)
+    start = corners.reshape(-1, 3) + np.random.default_rng(1).uniform(0.2, 0.8, (len(edges), 1)) * edges
+    along = edges / np.linalg.norm(edges, axis=1)[:, None]
+    x, v = (
+        np.repeat(start, 4, axis=0),
+        np.repeat(along, 4, axis=0) * np.tile([0.5, 3.0, -0.5, -3.0], len(edges))[:, None],
+    )
+    ends = [
+        fly(engine_over(engine, terrain), flight(surface(friction_angle=15.0)), x, v).deposits
+        for terrain in (grid, alone)
+    ]
+    assert set(ends[0].outcome.tolist()) == {Outcome.LEFT_TERRAIN}
+    np.testing.assert_allclose(ends[0].x, ends[1].x, atol=1e-6)
+    np.testing.assert_allclose(ends[0].t, ends[1].t, rtol=1e-9)
+
+
+@BOTH
+@pytest.mark.parametrize("R_n", [0.0, 0.05])
+@pytest.mark.parametrize(("fall", "lean", "dip"), [(7.0, 5.0, 15.0), (7.0, 40.0, 25.0), (25.0, 20.0, 15.0)])
+def test_a_rock_that_slides_squarely_into_the_foot_of_an_overhang_slides_on_along_the_foot(
+    engine, fall, lean, dip, R_n
+):
+    """The floor falls towards the face, the foot falls by `dip` along the face, and there is no friction."""
+    down, side = math.tan(math.radians(dip)), math.tan(math.radians(fall))
+    top = -8.0 * math.sin(math.radians(lean)), 8.0 * math.cos(math.radians(lean))
+    vertices = [
+        (x, y, z - y * down) for y in np.linspace(-40.0, 40.0, 9) for x, z in ((-20.0, 20.0 * side), (0.0, 0.0), top)
+    ]
+    over = engine_over(engine, terrain_of(vertices, grid_triangles(9, 3)[:, ::-1]))
+    y = np.array([-30.0, -30.0, -27.3, 10.0])  # at vertices of the foot and between them
+    gap = np.array([1e-6, 1e-2, 1e-6, 1e-6])
+    foot = np.array([0.0, 1.0, -down]) / math.hypot(1.0, down)
+    squarely = np.array([1.0, 0.0, -side]) - foot * (down * side / math.hypot(1.0, down))
+    x = np.column_stack([-gap, y, gap * side - y * down])
+    flights = fly(over, flight(surface(R_n, 0.7, 0.0, 0.0)), x, 5.0 * squarely / np.linalg.norm(squarely))
+    assert outcomes(flights) == {Outcome.LEFT_TERRAIN}
+    np.testing.assert_allclose(flights.deposits.x[:, 1], 40.0, atol=1e-3)

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from cutting_pieces import highest
 from never_below import flown
 from obstacles_made import fence, with_effects
 from on_both_engines import BOTH, NEAR, G, outcomes
@@ -24,6 +25,7 @@ from scenes_of_facets import (
 
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.fly import fly_ensemble
+from rpf3d_core.kinetics import slide_path
 from rpf3d_core.simulation.engines import engine_of
 from rpf3d_core.terrain.facets import Terrain, facets_of
 from rpf3d_core.values import Mode, Outcome
@@ -135,6 +137,75 @@ def test_a_rock_in_a_gully_meets_a_level_sheet_that_cuts_the_gully(engine, dip):
     assert (places[over, 0] > begin + 1.0).any()
     bounces = np.abs(flights.impacts.x - (begin, 0.0, level)).max(axis=1) < NEAR
     assert bounces.any() == (dip > 10.0)
+
+
+def fast_past_the_pile(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return places (N, 3) m on the slope and on the pile, and velocities (N, 3) m/s along the slope."""
+    draw = np.random.default_rng(3)
+    x = np.column_stack([draw.uniform(2.0, 25.0, count), draw.uniform(8.0, 32.0, count), np.zeros(count)])
+    x[:, 2] += depth(x)
+    v = np.column_stack([draw.uniform(0.0, 20.0, count), draw.normal(0.0, 5.0, count), np.zeros(count)])
+    v[:, 2] = -FALL * v[:, 0]
+    return x, v
+
+
+def test_rocks_slide_past_the_pile_as_in_segments_sixteen_times_as_short(monkeypatch):
+    """The chord of a short segment is nearly the rock's path, and so does not enter a facet that the rock leaves.
+
+    R_n = 0 keeps rocks on the ground. The chosen rocks are 16 of the 47 of 2,000 that the chords of long segments once
+    stopped, and the first 8 of the others.
+    """
+    x, v = fast_past_the_pile(2000)
+    chosen = [35, 75, 76, 101, 208, 229, 275, 293, 448, 480, 566, 620, 642, 688, 702, 715, *range(8)]
+    over, physics = joined(slope(), muck_pile()), flight(surface(0.0, 0.9, 10.0), "sliding")
+    ends = [fly(engine_over(name, over), physics, x[chosen], v[chosen]).deposits for name in ("reference", "compiled")]
+    monkeypatch.setattr(slide_path, "BEND", slide_path.BEND / 16.0)
+    fine = fly(engine_over("reference", over), physics, x[chosen], v[chosen]).deposits
+    assert Outcome.LEFT_TERRAIN in fine.outcome
+    for end in ends:
+        assert end.outcome.tolist() == fine.outcome.tolist()
+        assert np.median(np.linalg.norm(end.x - fine.x, axis=1)) < 0.1
+
+
+def bench_with_heap(draw: np.random.Generator) -> Terrain:
+    """Return a face over a flatter slope, and a heap of 12 to 39 facets of its own at the foot."""
+    face, flat = (math.tan(math.radians(draw.uniform(*range_))) for range_ in ((20.0, 70.0), (-5.0, 35.0)))
+    x = np.concatenate([np.linspace(-20.0, 0.0, 3), np.linspace(10.0, 50.0, 4)])
+    y = np.linspace(-30.0, 30.0, int(draw.integers(2, 12)))
+    noise = draw.choice([0.0, 0.05, 0.3])
+    ground = np.array(
+        [(a, b, -a * (face if a < 0.0 else flat) + noise * draw.uniform(-1.0, 1.0)) for a in x for b in y]
+    )
+    sides, size, high = int(draw.integers(4, 14)), draw.uniform(3.0, 12.0), draw.uniform(1.0, 6.0)
+    turns, middle = (
+        2.0 * np.pi * np.arange(sides) / sides,
+        np.array([draw.uniform(-4.0, 14.0), draw.uniform(-8.0, 8.0)]),
+    )
+    plan = middle + np.outer([size, 0.5 * size], np.ones(sides))[..., None] * np.stack(
+        [np.cos(turns), np.sin(turns)], -1
+    )
+    level = np.where(plan[..., 0] < 0.0, -face * plan[..., 0], -flat * plan[..., 0])
+    level += np.array([[-noise - 1.0], [0.6 * high]])
+    rings = np.concatenate([plan, level[..., None]], axis=-1).reshape(-1, 3)
+    top = (*middle, -middle[0] * (face if middle[0] < 0.0 else flat) + high)
+    around = [(i, (i + 1) % sides) for i in range(sides)]
+    facets = [
+        t for i, j in around for t in ((i, j, sides + j), (i, sides + j, sides + i), (sides + i, sides + j, 2 * sides))
+    ]
+    return joined(terrain_of(ground, grid_triangles(len(x), len(y))), terrain_of([*rings, top], facets))
+
+
+@pytest.mark.parametrize("friction_angle", [5.0, 15.0, 35.0])
+def test_no_rock_ends_in_motion_between_a_slope_and_a_heap(friction_angle):
+    """With R_n = 0, a rock that is turned again and again into the slope gets nowhere."""
+    draw, unresolved = np.random.default_rng(8), 0
+    for _ in range(150):
+        terrain = bench_with_heap(draw)
+        x = np.column_stack([draw.uniform(-19.0, 10.0, 60), draw.uniform(-20.0, 20.0, 60), np.full(60, 100.0)])
+        x[:, 2] = highest(terrain.vertices[terrain.triangles], x[:, :2]) + draw.choice([0.0, 3.0], 60)
+        flights = fly(engine_over("compiled", terrain), flight(surface(0.0, 0.9, friction_angle)), x, threads=1)
+        unresolved += int((flights.deposits.outcome == Outcome.UNRESOLVED_CONTACT).sum())
+    assert unresolved == 0
 
 
 @BOTH
