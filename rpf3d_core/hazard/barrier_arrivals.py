@@ -15,7 +15,7 @@ from rpf3d_core.effects.obstacle_cells import index_of, leaves_at
 from rpf3d_core.hazard.flown import FlownRocks
 from rpf3d_core.jit.dispatch import kernel, loop
 from rpf3d_core.simulation.record import BLOW, FIRST_OBSTACLE, POSE
-from rpf3d_core.values import Mode, Outcome, Vec
+from rpf3d_core.values import Mode, Outcome
 from rpf3d_core.vectors import dot
 
 NEVER, OVER, THROUGH, HELD = range(4)
@@ -60,16 +60,30 @@ class Crossed(NamedTuple):
 class PassingRock(NamedTuple):
     """A rock that may pass barriers: its row in the batch, mass (kg) and radius (m).
 
-    caught : index of the panel segment that caught the rock in the end, -1 for none
-    t, x : time (s) and position (3,) m where this segment caught the rock; only used if `caught` is not -1
+    impacts, facets : impacts of all rocks, and what each impact struck, as in `FlownRocks`
+    begin, end : rows of the impacts of this rock, from `begin` to before `end`
+    caught : True if an obstacle caught the rock in the end; the last impact is the contact with this obstacle
     """
 
     row: int
     mass: float
     radius: float
-    caught: int
-    t: float
-    x: Vec
+    impacts: Any
+    facets: Any
+    begin: int
+    end: int
+    caught: bool
+
+
+class ContactHere(NamedTuple):
+    """The contact with a panel segment that a rock has at the place where it crosses another panel segment.
+
+    q : row of the contact among the impacts, -1 for none
+    after : True if the rock crosses the other segment after this contact, False if before it
+    """
+
+    q: int
+    after: bool
 
 
 class PathSegment(NamedTuple):
@@ -125,10 +139,9 @@ def find_arrivals(barriers: Barriers, flown: FlownRocks, crossed: Crossed, found
     for r in range(len(flown.mass)):
         if counts[r, 0] == FAILED:
             continue
-        rock = _passing_rock(barriers, flown, r)
-        for q in range(first[r, 0], first[r + 1, 0]):
-            last = counts[r, 0] == CAUGHT and q + 1 == first[r + 1, 0]
-            _contact(barriers, flown.impacts, flown.facets, q, HELD if last else THROUGH, rock, found)
+        rock = _passing_rock(flown, r)
+        for q in range(rock.begin, rock.end):
+            _contact(barriers, q, rock, found)
         for b in range(len(crossed.last)):
             crossed.last[b] = -math.inf
         for p in range(first[r, 1], first[r + 1, 1] - 1):
@@ -137,44 +150,57 @@ def find_arrivals(barriers: Barriers, flown: FlownRocks, crossed: Crossed, found
 
 
 @kernel
-def _passing_rock(barriers: Barriers, flown: FlownRocks, r: int) -> PassingRock:
-    """Return the rock in row r of a batch; its `caught` is -1 if no panel caught the rock."""
-    caught, t, x = -1, 0.0, (0.0, 0.0, 0.0)
-    if flown.counts[r, 0] == CAUGHT and flown.first[r + 1, 0] > flown.first[r, 0]:
-        q = flown.first[r + 1, 0] - 1
-        k = FIRST_OBSTACLE - flown.facets[q] - barriers.first
-        if flown.facets[q] < 0 and 0 <= k < len(barriers.panel.x):
-            caught, t = k, flown.impacts[q, 0]
-            x = (flown.impacts[q, 1], flown.impacts[q, 2], flown.impacts[q, 3])
-    return PassingRock(row=r, mass=flown.mass[r], radius=flown.radius[r], caught=caught, t=t, x=x)
+def _passing_rock(flown: FlownRocks, r: int) -> PassingRock:
+    """Return the rock in row r of a batch, with its impacts."""
+    return PassingRock(
+        row=r,
+        mass=flown.mass[r],
+        radius=flown.radius[r],
+        impacts=flown.impacts,
+        facets=flown.facets,
+        begin=flown.first[r, 0],
+        end=flown.first[r + 1, 0],
+        caught=flown.counts[r, 0] == CAUGHT,
+    )
 
 
 @kernel
-def _contact(
-    barriers: Barriers, impacts: Any, facets: Any, q: int, did: int, rock: PassingRock, found: BarrierArrivals
-) -> None:
-    """Record an arrival of a rock in `found` if row q of the impacts is a contact with a barrier.
+def _is_held(rock: PassingRock, q: int) -> bool:
+    """Return True if the obstacle in row q of the impacts caught the rock."""
+    return bool(rock.caught and q + 1 == rock.end)
 
-    impacts, facets : columns as in `FlownRocks`; did : the result to record for an arrival, THROUGH or HELD
+
+@kernel
+def _panel_of(barriers: Barriers, facet: int) -> int:
+    """Return the index of the panel segment that an impact struck, -1 if the impact struck something else.
+
+    facet : number in the row of the impact, as in `FlownRocks`
     """
-    panel = barriers.panel
-    k = FIRST_OBSTACLE - facets[q] - barriers.first
-    if facets[q] >= 0 or k < 0 or k >= len(panel.x):
+    k = FIRST_OBSTACLE - facet - barriers.first
+    return k if facet < 0 and 0 <= k < len(barriers.panel.x) else -1
+
+
+@kernel
+def _contact(barriers: Barriers, q: int, rock: PassingRock, found: BarrierArrivals) -> None:
+    """Record an arrival of a rock in `found` if row q of the impacts is a contact with a barrier."""
+    panel, impacts, k = barriers.panel, rock.impacts, _panel_of(barriers, rock.facets[q])
+    if k < 0:
         return
-    b = panel.barrier[k]
+    b, did = panel.barrier[k], HELD if _is_held(rock, q) else THROUGH
     height = impacts[q, 3] - _foot(barriers, k, impacts[q, 1], impacts[q, 2]) + panel.top[b] * rock.radius
-    _note(found, rock.row, b, did, impacts[q, 0], _energy_before(impacts, q, rock.mass), height)
+    _note(found, rock.row, b, did, impacts[q, 0], _energy_at(rock, q, False), height)
 
 
 @kernel
-def _energy_before(impacts: Any, q: int, mass: float) -> float:
-    """Return the energy (J) of a rock before the contact in row q of the impacts; with rotation if rocks have a shape.
+def _energy_at(rock: PassingRock, q: int, after: bool) -> float:
+    """Return the energy (J) of a rock at the contact in row q of the impacts; with rotation if rocks have a shape.
 
-    mass : of the rock (kg)
+    after : True for the energy after the contact, False for the energy before it
     """
+    impacts, later = rock.impacts, 1 if after else 0
     if impacts.shape[1] > BLOW:
-        return mass * impacts[q, BLOW + 1]  # type: ignore[no-any-return]
-    return 0.5 * mass * impacts[q, 7] * impacts[q, 7]  # type: ignore[no-any-return]
+        return rock.mass * impacts[q, BLOW + 1 + later]  # type: ignore[no-any-return]
+    return 0.5 * rock.mass * impacts[q, 7 + later] * impacts[q, 7 + later]  # type: ignore[no-any-return]
 
 
 @kernel
@@ -269,19 +295,31 @@ def _pass(
     way = math.sqrt(arc.v[0] * arc.v[0] + arc.v[1] * arc.v[1]) * until
     if did == NEVER or _is_known(crossed, number, b, t, CORNER * duration / way):
         return number
-    if _is_caught_before(barriers, k, rock, t, barriers.slack * duration / way):
+    here = _contact_here(barriers, k, rock, t, barriers.slack * duration / way)
+    if here.after and _is_held(rock, here.q):
         return number
     crossed.t[number], crossed.barrier[number] = t, b
+    energy = _energy_at(rock, here.q, here.after) if here.q >= 0 else _energy_on(segment, crossing.t, rock.mass)
+    _note(found, rock.row, b, did, t, energy, high)
+    return number + 1
+
+
+@kernel
+def _energy_on(segment: PathSegment, t: float, mass: float) -> float:
+    """Return the energy (J) of a rock on a path segment; with rotation if rocks have a shape.
+
+    t : time of the segment's arc, as in `PathSegment.until`; mass : of the rock (kg)
+    """
+    pieces, p = segment.pieces, segment.p
     if segment.flies:
-        going = velocity(arc, crossing.t)
+        going = velocity(segment.arc, t)
         speed2 = dot(going, going)
     else:
         start, end = (pieces[p, 4], pieces[p, 5], pieces[p, 6]), (pieces[p, 7], pieces[p, 8], pieces[p, 9])
-        speed2 = dot(start, start) + crossing.t * (dot(end, end) - dot(start, start))
+        speed2 = dot(start, start) + t * (dot(end, end) - dot(start, start))
     if pieces.shape[1] > POSE:
         speed2 += 2.0 * pieces[p, POSE + 7]
-    _note(found, rock.row, b, did, t, 0.5 * rock.mass * speed2, high)
-    return number + 1
+    return 0.5 * mass * speed2
 
 
 @kernel
@@ -302,17 +340,25 @@ def _passes_as(barriers: Barriers, b: int, height: float, high: float) -> int:
 
 
 @kernel
-def _is_caught_before(barriers: Barriers, k: int, rock: PassingRock, t: float, instant: float) -> bool:
-    """Return True if another panel segment caught the rock where the rock crosses panel segment k at the time t (s).
+def _contact_here(barriers: Barriers, k: int, rock: PassingRock, t: float, instant: float) -> ContactHere:
+    """Return the contact of a rock with another panel segment where the rock crosses panel segment k at the time t (s).
 
-    If segments are at the same place, a rock meets them in the order of their indices (`effects.barriers.first_panel`),
-    so a rock that a segment caught does not arrive at the segments with larger indices there.
+    If segments are at the same place, a rock meets them in the order of their indices (`effects.barriers.first_panel`).
+    So the rock crosses segment k after its last contact there with a segment of a smaller index, and if there is none,
+    before its first contact. The path alone does not show this order: one of its segments ends at the contact and the
+    next one begins there, and both cross segment k.
 
     instant : time (s) in which the rock moves by the slack; crossings within this time count as at the same place
     """
-    if rock.caught < 0 or k <= rock.caught or t < rock.t - instant:
-        return False
-    return stands_at(barriers.panel, k, rock.x, barriers.slack)
+    here = ContactHere(q=-1, after=False)
+    for q in range(rock.begin, rock.end):
+        met = _panel_of(barriers, rock.facets[q])
+        if met < 0 or abs(rock.impacts[q, 0] - t) > instant:
+            continue
+        x = (rock.impacts[q, 1], rock.impacts[q, 2], rock.impacts[q, 3])
+        if stands_at(barriers.panel, k, x, barriers.slack) and (met < k or here.q < 0):
+            here = ContactHere(q=q, after=bool(met < k))
+    return here
 
 
 @kernel
