@@ -53,13 +53,17 @@ def held_by(physics: Physics, state: State, contact: Contact, n: Vec, rock: Rock
     line = _held_line(physics, state, contact, n, slight, rock)
     if line[0] != 0.0 or line[1] != 0.0 or line[2] != 0.0:
         x, kept = state.motion.x, scale(dot(v, line), line)
-        if leads_on(facets, contact.facet, x, line, ALONG_GULLY) and leads_on(facets, last, x, line, ALONG_GULLY):
+        on_last = leads_on(facets, last, x, line, ALONG_GULLY)
+        if on_last and leads_on(facets, contact.facet, x, line, ALONG_GULLY):
             return Hold(
                 PreviousContact(facet=contact.facet, other=last, side=contact.side, resting=True, before=before), kept
             )
         if g_n > 0.0:
             return Hold(alone, kept)
-        return Hold(PreviousContact(facet=last, other=-1, side=contact.side, resting=True, before=-1), kept)
+        if on_last:  # the overhang ends here, but the last facet carries the rock on along its foot
+            last_alone = PreviousContact(facet=last, other=-1, side=contact.side, resting=True, before=-1)
+            return Hold(last_alone, kept)
+        return Hold(NOTHING_LEFT, v)  # the line ends, and an overhang carries no rock
     return Hold(alone, along(v, n)) if slight else Hold(NOTHING_LEFT, v)
 
 

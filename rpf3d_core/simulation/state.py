@@ -10,6 +10,11 @@ from rpf3d_core.vectors import dot
 
 NONE_PASSED = -1
 """Value in place of an obstacle number if the rock has met no obstacle since its last impact."""
+GAINED = 1.1
+"""Ratio of a rock's squared speed to its largest before, above which a segment of any length counts as progress.
+
+A rock released at a vertex between steep facets begins with segments of 1e-18 m.
+"""
 
 
 class RockTally(NamedTuple):
@@ -21,8 +26,8 @@ class RockTally(NamedTuple):
     speed2 : largest squared speed (m^2/s^2)
     ground_speed : speed at the beginning of the first sustained contact (m/s), NaN before it
     facet : of the last contact, -1 before the first contact
-    idle : number of path segments without progress, that is, not longer than the tolerance, since the last longer
-        segment; of a lumped mass, flights between two impacts do not count
+    idle : number of path segments without progress (`with_piece`) since the last segment with progress; of a lumped
+        mass, flights between two impacts do not count
     """
 
     path: float
@@ -89,10 +94,13 @@ def with_piece(tally: RockTally, length: float, motion: Motion, tolerance: float
 
     motion : at the end of the segment
 
-    A segment that is not longer than the tolerance (m) counts as a segment without progress.
+    A segment that is not longer than the tolerance (m) counts as a segment without progress, unless the rock is faster
+    than ever before: gravity then moves the rock, and the next segments are longer.
     """
-    idle = 0 if length > tolerance else tally.idle + 1
     speed2 = max(tally.speed2, dot(motion.v, motion.v))
+    idle = 0 if length > tolerance else tally.idle + 1
+    if speed2 > GAINED * tally.speed2:
+        idle = min(idle, 1)
     return RockTally(
         path=tally.path + length,
         impacts=tally.impacts,

@@ -163,7 +163,7 @@ def _moves_into(physics: Physics, state: State, piece: SlideSegment, contact: Co
     piece : the ground segment; contact : the contact, with t as the share of the segment's chord
     """
     before = on_piece(state.motion, piece.motion, contact.t)
-    return dot(before.v, stored_normal(physics.facets, contact.facet)) * contact.side < 0.0  # type: ignore[no-any-return]
+    return dot(before.v, stored_normal(physics.facets, contact.facet)) * contact.side < 0.0
 
 
 @kernel
@@ -287,7 +287,7 @@ def _outcome(settings: Settings, piece: SlideSegment, idle: int) -> int:
 def _outcome_of_stuck(settings: Settings, v: Vec, idle: int) -> int:
     """Return the outcome of a rock with velocity v after `idle` segments without progress, or MOVING if it continues.
 
-    A segment without progress is not longer than the tolerance.
+    A segment without progress is not longer than the tolerance, and the rock is not faster than ever before.
 
     After STUCK segments without progress, a rock that still moves, but not faster than STILL, has stopped. After WEDGED
     segments, a rock has stopped if it is too slow to rise by smallest_bounce; otherwise its contact is unresolved.
@@ -323,7 +323,7 @@ def _slide(physics: Physics, state: State, rock: RockContext, longest: float) ->
 
 @kernel
 def _slide_for(physics: Physics, state: State, rock: RockContext, time_left: float) -> SlideSegment:
-    """Return the next ground segment from the rock's position, which is `late` if it lasts longer than time_left (s)."""
+    """Return the next ground segment from the rock's position; it is `late` if it lasts longer than time_left (s)."""
     facets, settings, left, motion = physics.facets, physics.settings, state.left, state.motion
     first = ground_of(physics, left.facet, rock, state)
     n = scale(left.side, stored_normal(facets, left.facet))

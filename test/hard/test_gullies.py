@@ -271,3 +271,18 @@ def test_a_rock_that_slides_squarely_into_the_foot_of_an_overhang_slides_on_alon
     flights = fly(over, flight(surface(R_n, 0.7, 0.0, 0.0)), x, 5.0 * squarely / np.linalg.norm(squarely))
     assert outcomes(flights) == {Outcome.LEFT_TERRAIN}
     np.testing.assert_allclose(flights.deposits.x[:, 1], 40.0, atol=1e-3)
+
+
+@BOTH
+@pytest.mark.parametrize("seed", [50, 80])
+def test_copies_of_facets_do_not_stop_a_rock_that_slides_along_an_edge_within_a_plane(engine, seed):
+    """A fifth of the facets are there twice; without the copies, no friction holds the rocks that once stopped."""
+    draw = np.random.default_rng(seed)
+    grid = rough_grid(10, 10.0, math.tan(math.radians(34.0)), 0.0)
+    grid.vertices[:, 2] += np.where(draw.uniform(size=121) < 0.1, draw.uniform(0.0, 1.0, 121), 0.0)
+    count = len(grid.triangles)
+    again = np.concatenate([grid.triangles, grid.triangles[draw.choice(count, count // 5, replace=False)]])
+    copied = terrain_of(grid.vertices, again[draw.permutation(len(again))])
+    x, physics = grid.vertices[draw.choice(121, 60)], flight(surface(0.3, 0.8, 30.0, 0.1))
+    once, twice = (fly(engine_over(engine, terrain), physics, x).deposits for terrain in (grid, copied))
+    assert not np.any((twice.outcome == Outcome.STOPPED) & (once.outcome != Outcome.STOPPED))
