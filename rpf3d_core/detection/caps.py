@@ -143,7 +143,7 @@ def loss_through_cap(caps: CapLocator, arc: Arc, contact: Any, end: float) -> Lo
                 break
             below = Contact(t=t, facet=crossing.facet, side=crossing.side, approach=crossing.approach)
         elif below.facet >= 0:
-            if _passes_below_ground(caps, below.facet, crossing.facet, position(arc, below.t), position(arc, t)):
+            if passes_below_ground(caps, below.facet, crossing.facet, position(arc, below.t), position(arc, t)):
                 return _loss_at(caps, arc, below, contact)
             below = NO_CONTACT
         began, rest = t, Arc(x=position(arc, t), v=velocity(arc, t), gravity=arc.gravity)
@@ -164,7 +164,7 @@ def _loss_at(caps: CapLocator, arc: Arc, below: Contact, contact: Any) -> Loss:
 
 
 @kernel
-def _passes_below_ground(caps: CapLocator, f: int, g: int, p: Vec, q: Vec) -> bool:
+def passes_below_ground(caps: CapLocator, f: int, g: int, p: Vec, q: Vec) -> bool:
     """Return True if a rock that falls through cap f at p, and comes back through cap g at q, passes below the ground.
 
     In plan the path of a rock is straight. So the rock has stayed in the air of a gap if the straight way in plan leads

@@ -11,6 +11,7 @@ from scenes_of_facets import flight, fly, grid_triangles, joined, same_bits, sur
 
 from rpf3d_core.arc import Arc
 from rpf3d_core.detection.cap_neighbours import NO_CAP, neighbours_of
+from rpf3d_core.detection.caps import passes_below_ground
 from rpf3d_core.detection.contact import NOTHING_LEFT, first_contact
 from rpf3d_core.simulation.capped import engine_over
 from rpf3d_core.values import Outcome
@@ -156,12 +157,26 @@ def test_a_rock_from_just_above_a_vertex_of_two_holes_that_clips_the_cap_of_one_
     assert clips(engine, x, v[None]) == 1 and ends.outcome[0] == STOPPED and ends.x[0, 0] > 9.0
 
 
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_passage_through_the_cap_of_a_hole_at_its_rim_counts_only_if_the_way_leads_into_the_hole(engine):
+    caps = engine_over(engine, uneven((8, 8), (7, 9))).caps
+    corners = np.asarray(caps.facets.corners).reshape(-1, 3, 3)
+    first, second = (np.flatnonzero(is_over(corners, np.tile(place, (len(corners), 1)))) for place in INSIDE)
+    ways = ((8.0 - 1e-12, 9.0 + 1e-12, 0.0), False), ((7.9, 9.05, 0.0), True)
+    for start, below in ways:
+        assert passes_below_ground(caps, int(first[0]), int(second[0]), start, INSIDE[1]) == below
+
+
 def test_neighbours_are_caps_with_a_common_side_and_not_with_a_common_vertex():
     square = [[(0, 0, 0), (1, 0, 0), (1, 1, 0)], [(0, 0, 0), (1, 1, 0), (0, 1, 0)]]
     touching = [[(1, 1, 0), (2, 1, 0), (2, 2, 0)]]
     flat = [[(1, 1, 0)] * 3]
     found = neighbours_of(np.array(square + touching + flat, dtype=float)).reshape(-1, 3).tolist()
     assert found == [[NO_CAP, NO_CAP, 1], [0, NO_CAP, NO_CAP], [NO_CAP] * 3, [NO_CAP] * 3]
+
+
+INSIDE = (7.9, 9.05, 0.0), (8.1, 8.85, 0.0)
+"""A place in each of two holes, on both sides of their common vertex."""
 
 
 def clips(engine, x, v):
