@@ -9,13 +9,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rpf3d_core.arc import Arc, time_over
-from rpf3d_core.detection.contact import NO_CONTACT, NOTHING_LEFT, Contact, first_contact
+from rpf3d_core.arc import Arc, position, time_over, velocity
+from rpf3d_core.detection.cap_neighbours import NO_CAP
+from rpf3d_core.detection.contact import NO_CONTACT, NOTHING_LEFT, Contact, PreviousContact, first_contact
 from rpf3d_core.detection.fallen import STRAIGHT
 from rpf3d_core.jit.dispatch import kernel, model_function
-from rpf3d_core.terrain.facet_geometry import REACH
+from rpf3d_core.terrain.facet_geometry import REACH, corner
 from rpf3d_core.terrain.facets import CRACK, Facets
 from rpf3d_core.values import Vec
+from rpf3d_core.vectors import norm, subtract
 
 ON_GROUND = REACH / CRACK
 """Path of a rock behind a cap, in tolerances of the caps, up to which a contact with the ground takes precedence.
@@ -24,28 +26,41 @@ So the ground still carries a rock at the edge of a hole.
 """
 
 
+class CapLayout(NamedTuple):
+    """How the caps of a terrain lie: which of them close the same gap.
+
+    neighbours : (3 T,) number of the cap beyond each side of each cap, or NO_CAP (`cap_neighbours.py`)
+    ring : (T,) number of the hole in a steep slope, or of the wall, that each cap belongs to; -1 for a cap over a gap
+        that has an area in plan
+    layered : True if ground lies above other ground, so that a rock below the upper ground may still hit the free side
+        of the lower ground (`terrain.gaps`)
+    apart : True if a rock may fall through a cap and leave the ground elsewhere through another cap (`terrain.gaps`)
+    """
+
+    neighbours: Any
+    ring: Any
+    layered: bool
+    apart: bool
+
+
 class CapFacets(NamedTuple):
     """The caps that close the gaps of a terrain, as facets: a path that passes through a cap ends there.
 
     facets : the caps; their `zone` is not a zone, but the outcome of a rock that passes through; their tolerance is
         CRACK times the tolerance of the terrain, so that no rock passes between a cap and the ground
-    layered : True if ground lies above other ground, so that a rock below the upper ground may still hit the free side
-        of the lower ground (`terrain.gaps`)
+    layout : which of the caps close the same gap
     """
 
     facets: Facets
-    layered: bool
+    layout: CapLayout
 
 
 class CapLocator(NamedTuple):
-    """The caps with the locator that finds passages of rocks through them.
-
-    facets : the caps; layered : True if ground lies above other ground; both as in `CapFacets`
-    """
+    """The caps with the locator that finds passages of rocks through them; facets and layout as in `CapFacets`."""
 
     locator: Any
     facets: Facets
-    layered: bool
+    layout: CapLayout
 
 
 class Loss(NamedTuple):
@@ -77,17 +92,21 @@ def is_on_free_side_of_facet(contact: Contact) -> bool:
 
 @model_function
 def loss_on(caps: object, arc: Arc, contact: Any, end: float) -> Loss:
-    """Return the first passage of an arc through a cap from above, up to the time `end` (s); NO_LOSS if there is none.
+    """Return the first fall of an arc through a gap of the terrain, up to the time `end` (s); NO_LOSS if there is none.
 
-    Such a passage means that a rock falls through a gap of the terrain. One rule is for terrains with caps, another
-    rule for terrains without caps.
+    One rule is for terrains with caps, another rule for terrains without caps.
 
     caps : a `CapLocator`, or None if the terrain has no gap
     contact : the first contact with the ground
 
-    Caps and ground form one closed surface. So a rock that meets the free side of the ground has not fallen below the
-    ground, unless the terrain is layered. If the rock meets the ground on the first ON_GROUND tolerances of its path
-    behind a cap, the contact with the ground takes precedence: a rock on the edge of a hole is still on the ground.
+    A rock falls through a gap where it passes through a cap from above, unless it comes back through caps of the same
+    gap before it passes below the ground. Only the rim of a gap is known. The cap between is an arbitrary surface, and
+    a rock that passes below it may have stayed in the air of the gap.
+
+    Caps and ground form one closed surface. So a rock that meets the free side of the ground is above the ground,
+    unless the terrain is layered. It may have been below the ground before, if it has left the ground through another
+    gap. If the rock meets the ground on the first ON_GROUND tolerances of its path behind a cap, the contact with the
+    ground takes precedence: a rock on the edge of a hole is still on the ground.
     """
 
 
@@ -99,24 +118,108 @@ def no_loss(caps: object, arc: Arc, contact: Any, end: float) -> Loss:
 
 @loss_on.rule(CapLocator)
 def loss_through_cap(caps: CapLocator, arc: Arc, contact: Any, end: float) -> Loss:
-    """Return the first passage of an arc through a cap of a terrain with gaps; NO_LOSS if no rock falls through.
+    """Return the first fall of an arc through a cap of a terrain with gaps; NO_LOSS if the rock falls through no gap.
 
     contact : the first contact with the ground, which may take precedence; end : s, later passages do not count
+
+    The function follows the arc from cap to cap. An arc passes through each cap at most twice, so the loop ends even if
+    rounding finds the same two caps again and again.
+
+    If a rock meets the free side of the ground, it has passed upwards through as many caps as downwards. A passage
+    downwards that is not followed by a passage upwards is then a rounding error at the rim of a gap: caps are wider
+    than their gap by a crack.
     """
-    if contact.t <= end and not caps.layered and is_on_free_side(contact):
+    lands = contact.t <= end and not caps.layout.layered and is_on_free_side(contact)
+    if lands and not caps.layout.apart:
         return NO_LOSS
-    crossing = first_contact(caps.locator, caps.facets, arc, NOTHING_LEFT, end)
-    if crossing.side < 0.0 or not crossing.t <= end:
+    below, began, left, rest = NO_CONTACT, 0.0, NOTHING_LEFT, arc
+    for _ in range(2 * len(caps.layout.ring)):
+        crossing = first_contact(caps.locator, caps.facets, rest, left, end - began)
+        if not crossing.t <= end - began:
+            break
+        t = began + crossing.t
+        if crossing.side > 0.0:
+            if below.facet >= 0 and not lands:
+                break
+            below = Contact(t=t, facet=crossing.facet, side=crossing.side, approach=crossing.approach)
+        elif below.facet >= 0:
+            if passes_below_ground(caps, below.facet, crossing.facet, position(arc, below.t), position(arc, t)):
+                return _loss_at(caps, arc, below, contact)
+            below = NO_CONTACT
+        began, rest = t, Arc(x=position(arc, t), v=velocity(arc, t), gravity=arc.gravity)
+        left = PreviousContact(facet=crossing.facet, other=-1, side=-crossing.side, resting=False, before=-1)
+    return NO_LOSS if lands or below.facet < 0 else _loss_at(caps, arc, below, contact)
+
+
+@kernel
+def _loss_at(caps: CapLocator, arc: Arc, below: Contact, contact: Any) -> Loss:
+    """Return the fall of a rock through a cap; NO_LOSS if its contact with the ground takes precedence.
+
+    below : passage of the arc through the cap; contact : the first contact with the ground
+    """
+    if contact.t <= time_over(arc, below.t, ON_GROUND * caps.facets.tolerance):
         return NO_LOSS
-    if contact.t <= time_over(arc, crossing.t, ON_GROUND * caps.facets.tolerance):
-        return NO_LOSS
-    outcome: Any = np.int64(caps.facets.zone[crossing.facet])  # 64 bits, as in other states
-    return Loss(crossing.t, outcome)
+    outcome: Any = np.int64(caps.facets.zone[below.facet])  # 64 bits, as in other states
+    return Loss(below.t, outcome)
+
+
+@kernel
+def passes_below_ground(caps: CapLocator, f: int, g: int, p: Vec, q: Vec) -> bool:
+    """Return True if a rock that falls through cap f at p, and comes back through cap g at q, passes below the ground.
+
+    In plan the path of a rock is straight. So the rock has stayed in the air of a gap if the straight way in plan leads
+    over caps only, from neighbour to neighbour. For a hole in a steep slope, which has hardly any area in plan, it is
+    enough that both caps close the same hole.
+
+    If the way leaves the gap in the first ON_GROUND tolerances, the rock has not been in this gap. It was only on the
+    rim, for example at a vertex that two gaps have in common.
+
+    p, q : (3,) m
+    """
+    if caps.layout.ring[f] >= 0 or caps.layout.ring[g] >= 0:
+        return caps.layout.ring[f] != caps.layout.ring[g]  # type: ignore[no-any-return]
+    cap: Any = f
+    for _ in range(len(caps.layout.ring)):
+        if cap == g:
+            return False
+        side, share = _side_left(caps.facets, cap, p, q)
+        if side < 0:
+            return False
+        beyond: Any = np.int64(caps.layout.neighbours[3 * cap + side])
+        if beyond == NO_CAP:
+            return share * norm(subtract(q, p)) > ON_GROUND * caps.facets.tolerance
+        cap = beyond
+    return True
+
+
+@kernel
+def _side_left(facets: Facets, f: int, p: Vec, q: Vec) -> tuple[int, float]:
+    """Return the side (0, 1, 2) over which a straight way in plan from p to q leaves facet f; -1 if it ends in facet f.
+
+    Also return the share (0 to 1) of the way up to this side.
+
+    p, q : (3,) m
+    """
+    side, least = -1, math.inf
+    for k in range(3):
+        a, b = corner(facets, f, k), corner(facets, f, (k + 1) % 3)
+        first, last = _left_of(a, b, p), _left_of(a, b, q)
+        if last < 0.0:
+            share = max(first, 0.0) / (max(first, 0.0) - last)
+            if share < least:
+                side, least = k, share
+    return side, least
+
+
+@kernel
+def _left_of(a: Vec, b: Vec, p: Vec) -> float:
+    """Return the distance in plan of p to the left of the line from a to b, times the length of the line (m^2)."""
+    return (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
 
 
 @kernel
 def loss_on_way(caps: Any, x: Vec, way: Vec) -> Loss:
-    """Return the first passage of a rock on the ground through a cap, on a straight path from x (3,) m.
+    """Return the first fall of a rock on the ground through a gap, on a straight path from x (3,) m.
 
     `Loss.t` is here the share of the path up to the cap (-).
 

@@ -5,12 +5,13 @@ Facets that share vertices belong to one piece, such as a slope; a muck pile fro
 
 import numpy as np
 
-from rpf3d_core.detection.caps import CapFacets
+from rpf3d_core.detection.cap_neighbours import neighbours_of
+from rpf3d_core.detection.caps import CapFacets, CapLayout
 from rpf3d_core.detection.terrain_pieces import PieceNumbers
 from rpf3d_core.simulation.engines import Engine, engine_of
 from rpf3d_core.terrain.facets import CRACK, Facets, Terrain, facets_of
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_core.terrain.gaps import Caps, caps_over
+from rpf3d_core.terrain.gaps import IN_PLAN, Caps, caps_over
 from rpf3d_core.terrain.mesh.border import border_of
 from rpf3d_core.terrain.mesh.overlaps import may_cross, pieces_of, rims_of
 
@@ -79,9 +80,11 @@ def _facets_of_caps(caps: Caps, tolerance: float) -> CapFacets:
     missing = max(FEWEST - len(caps.corners), 0)
     corners = np.concatenate([caps.corners, np.zeros((missing, 3, 3)) + _any_corner(caps.corners)])
     outcome = np.concatenate([caps.outcome, np.zeros(missing, np.int32)])
+    ring = np.concatenate([caps.ring, np.full(missing, IN_PLAN, np.int32)])
     triangles = np.arange(3 * len(corners), dtype=np.int32).reshape(-1, 3)
     facets = facets_of(Terrain(corners.reshape(-1, 3), triangles, outcome, ()))
-    return CapFacets(facets._replace(tolerance=CRACK * tolerance, crack=CRACK * tolerance), caps.layered)
+    layout = CapLayout(neighbours=neighbours_of(corners), ring=ring, layered=caps.layered, apart=caps.apart)
+    return CapFacets(facets._replace(tolerance=CRACK * tolerance, crack=CRACK * tolerance), layout)
 
 
 def _any_corner(corners: FloatArray) -> FloatArray:

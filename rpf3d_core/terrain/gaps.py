@@ -28,6 +28,8 @@ from rpf3d_core.terrain.steep_gaps import without_steep_rings
 from rpf3d_core.values import Outcome
 
 HOLE, BAY = int(Outcome.LOST_TO_HOLE), int(Outcome.LEFT_TERRAIN)
+IN_PLAN = -1
+"""Number in place of a ring: the triangle closes a gap that has an area in plan."""
 
 ALONG_EDGE = (0.5, 0.382)
 """Places along an edge of a gap, as shares of its length, at which the edge is compared with the border.
@@ -44,12 +46,18 @@ class Caps(NamedTuple):
 
     corners : (T, 3, 3) m, counter-clockwise seen from the free side
     outcome : (T,) outcome of a rock that passes through: LEFT_TERRAIN in a bay and at outer walls, else LOST_TO_HOLE
+    ring : (T,) number of the hole in a steep slope that the triangle closes, or of the outer wall that it belongs to;
+        IN_PLAN for all other triangles, whose gaps have an area in plan
     layered : true if ground lies above other ground, so that a rock below the upper ground may still hit lower ground
+    apart : true if a rock may fall through one part of the caps and leave the ground through another part, with ground
+        between both parts: there are several gaps, or the only gap is concave
     """
 
     corners: FloatArray
     outcome: NDArray[np.int32]
+    ring: NDArray[np.int32]
     layered: bool = False
+    apart: bool = False
 
 
 class Outline(NamedTuple):
@@ -68,7 +76,7 @@ class Outline(NamedTuple):
     lines: NDArray[np.object_]
 
 
-NOTHING = Caps(corners=np.empty((0, 3, 3)), outcome=np.empty(0, np.int32))
+NOTHING = Caps(corners=np.empty((0, 3, 3)), outcome=np.empty(0, np.int32), ring=np.empty(0, np.int32))
 
 
 def caps_over(border: FloatArray, crack: float) -> Caps:
@@ -79,16 +87,39 @@ def caps_over(border: FloatArray, crack: float) -> Caps:
     """
     if len(border) == 0:
         return NOTHING
-    rest, steep = without_steep_rings(border, crack)
+    rest, steep, hole = without_steep_rings(border, crack)
     walls = outer_walls(border, crack)
     outline = _outline(rest)
     faces, layered = _gaps_in_plan(outline, crack)
     corners, outcome = [steep, walls], [np.full(len(steep), HOLE), np.full(len(walls), BAY)]
+    first_wall = int(hole.max(initial=-1)) + 1
+    ring = [hole, np.arange(first_wall, first_wall + len(walls))]
     if len(faces):
         triangles, face = _triangles(faces, outline, crack)
         corners.append(triangles)
         outcome.append(np.where(_bays(faces, outline, crack), BAY, HOLE)[face])
-    return Caps(corners=np.concatenate(corners), outcome=np.concatenate(outcome).astype(np.int32), layered=layered)
+        ring.append(np.full(len(triangles), IN_PLAN))
+    return Caps(
+        corners=np.concatenate(corners),
+        outcome=np.concatenate(outcome).astype(np.int32),
+        ring=np.concatenate(ring).astype(np.int32),
+        layered=layered,
+        apart=_are_apart(faces, len(np.unique(hole)), crack),
+    )
+
+
+def _are_apart(faces: NDArray[np.object_], steep: int, crack: float) -> bool:
+    """Return True if a straight line in plan may leave the gaps and then enter a gap again.
+
+    A rock that falls through a gap may then leave the ground again elsewhere. From a single convex gap it cannot.
+
+    faces : (G,) gaps with an area in plan, as polygons of shapely; steep : number of gaps in steep slopes
+    crack : largest width (m) of a crack
+    """
+    if len(faces) == 1 and steep == 0:
+        hull = shapely.convex_hull(faces[0])
+        return bool(2.0 * (hull.area - faces[0].area) > crack * hull.length)
+    return len(faces) + steep > 1
 
 
 def _outline(border: FloatArray) -> Outline:

@@ -14,10 +14,10 @@ The plane of such a ring is steeper than 78 degrees.
 """
 
 
-def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, FloatArray]:
+def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, FloatArray, Corners]:
     """Close holes in steep slopes: return the border sides (N, 3, 3) m that remain, and triangles (T, 3, 3) m.
 
-    The triangles close the holes.
+    The triangles close the holes. Also return the number (T,) of the hole that each triangle closes.
 
     A ring is a hole if it runs clockwise, seen from the free side of the facets around the ring. A ring around a
     component runs counter-clockwise and is not closed here. A ring that crosses itself in its own plane is not closed
@@ -30,14 +30,15 @@ def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, F
     areas, looks = _sums(border, label)
     steep = np.abs(areas[:, 2]) < STEEP * np.linalg.norm(areas, axis=1)
     holes = np.flatnonzero(steep & (np.einsum("ij,ij->i", areas, looks) < 0.0))
-    caps, capped = [np.empty((0, 3, 3))], np.zeros(len(border), dtype=bool)
+    caps, capped = [np.empty((0, 3, 3))], np.zeros(len(border), dtype=bool)  # no triangles, if there are no holes
     for hole in holes.tolist():
         sides = label == hole
         cap = _closed(border[sides, :2], -areas[hole], crack)
         if cap is not None:
             caps.append(cap)
             capped |= sides
-    return border[~capped], np.concatenate(caps)
+    number = np.repeat(np.arange(len(caps)), [len(cap) for cap in caps])
+    return border[~capped], np.concatenate(caps), number
 
 
 def _ring_of(border: FloatArray) -> Corners:
