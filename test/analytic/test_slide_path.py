@@ -324,8 +324,9 @@ def test_a_block_that_moves_along_an_edge_and_then_away_from_it_never_leaves_ove
         for phi in (0.3, 0.7, 1.4, 2.5):
             path, v = path_of(0.33, phi)
             inward = (math.sin(phi) + share, -math.cos(phi), 0.0)
-            assert exit_point(path, inward, 2.0) == math.inf
             assert abs(np.dot(inward, v)) < 1e-14
+            for distance in (2.0, 0.0, -1e-17):
+                assert exit_point(path, inward, distance) == math.inf
 
 
 def test_friction_that_only_balances_gravity_leaves_no_number_infinite():

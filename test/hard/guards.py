@@ -533,6 +533,40 @@ GUARDS = (
         "a rock slides on below a muck pile that cuts through the slope",
     ),
     Guard(
+        "test_pieces.py::test_rocks_slide_past_the_pile_as_in_segments_sixteen_times_as_short",
+        SUSTAINED,
+        "        if contact.facet < 0 or _moves_into(physics, state, piece, contact):\n",
+        "        if True:\n",
+        "`up_to_other_piece`: a chord that enters a facet from which the rock moves away is halved",
+        "each contact turns the rock into the chord, and rocks stop in the valley before a muck pile",
+    ),
+    Guard(
+        "test_gullies.py::test_copies_of_facets_do_not_stop_a_rock_that_slides_along_an_edge_within_a_plane"
+        "[50-reference]",
+        HOLDING,
+        "        return line if _is_level_across(n, line) else ZERO\n",
+        "        return line\n",
+        "`_held_line`: an edge within a plane holds no rock that gravity pulls across it",
+        "a rock stops on an edge within a plane, although friction does not hold it",
+    ),
+    Guard(
+        "test_gullies.py::test_a_rock_that_slides_squarely_into_the_foot_of_an_overhang_slides_on_along_the_foot"
+        "[7.0-5.0-15.0-0.0-reference]",
+        HOLDING,
+        "        if on_last:  # the overhang ends here",
+        "        if False:  # the overhang ends here",
+        "`held_by`: where an overhang ends at a vertex of its foot, the floor carries the rock on",
+        "impacts without end take the rock's speed, and it stops in a foot that slopes",
+    ),
+    Guard(
+        "test_never_below.py::test_a_rock_at_rest_at_a_vertex_of_the_foot_of_an_overhang_begins_to_slide[reference]",
+        "rpf3d_core/simulation/state.py",
+        "    if speed2 > GAINED * tally.speed2:\n",
+        "    if False:\n",
+        "`with_piece`: a rock that is faster than ever makes progress, however short the segment",
+        "a rock without friction stops at a vertex while its speed grows",
+    ),
+    Guard(
         "test_pieces.py::test_tiles_of_one_plane_that_touch_change_no_result"
         "[overlapping by half a crack-sliding-constant-reference]",
         "rpf3d_core/detection/terrain_pieces.py",

@@ -1,6 +1,7 @@
 """Tests that no rock gets below the ground: a small part of the campaign `test/support/never_below.py`."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -192,6 +193,16 @@ def test_no_rock_of_a_campaign_starts_in_the_ground_under_an_overhang(seed):
         facets = case.terrain.vertices[case.terrain.triangles]
         assert not has_odd_above(facets, case.x, 1e-8).any(), case.words
         assert len(fallen(case, flown(case))) == 0, case.words
+
+
+@BOTH
+def test_a_rock_at_rest_at_a_vertex_of_the_foot_of_an_overhang_begins_to_slide(engine):
+    """Without friction, the rock gains speed in more than a hundred segments of up to 1e-13 m."""
+    case = case_of("overhangs", 27, 250, "coulomb_limited")
+    flights = flown(case, engine, slice(10, 11))
+    assert case.flight.materials.mu[0] == 0.0
+    assert flights.deposits.outcome[0] == Outcome.LEFT_TERRAIN
+    assert fallen(replace(case, x=case.x[10:11], v=case.v[10:11]), flights).tolist() == []
 
 
 def test_the_check_sees_a_rock_below_the_ground_and_one_that_hangs_above_it():
