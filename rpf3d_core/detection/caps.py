@@ -30,17 +30,15 @@ class CapLayout(NamedTuple):
     """How the caps of a terrain lie: which of them close the same gap.
 
     neighbours : (3 T,) number of the cap beyond each side of each cap, or NO_CAP (`cap_neighbours.py`)
-    ring : (T,) number of the hole in a steep slope, or of the wall, that each cap belongs to; -1 for a cap over a gap
-        that has an area in plan
+    ring : (T,) number of the hole in a steep slope that each cap closes; each cap of an outer wall has a number of its
+        own; -1 for a cap over a gap that has an area in plan
     layered : True if ground lies above other ground, so that a rock below the upper ground may still hit the free side
         of the lower ground (`terrain.gaps`)
-    apart : True if a rock may fall through a cap and leave the ground elsewhere through another cap (`terrain.gaps`)
     """
 
     neighbours: Any
     ring: Any
     layered: bool
-    apart: bool
 
 
 class CapFacets(NamedTuple):
@@ -125,13 +123,11 @@ def loss_through_cap(caps: CapLocator, arc: Arc, contact: Any, end: float) -> Lo
     The function follows the arc from cap to cap. An arc passes through each cap at most twice, so the loop ends even if
     rounding finds the same two caps again and again.
 
-    If a rock meets the free side of the ground, it has passed upwards through as many caps as downwards. A passage
-    downwards that is not followed by a passage upwards is then a rounding error at the rim of a gap: caps are wider
-    than their gap by a crack.
+    A rock that meets the free side of the ground has nearly always passed upwards through as many caps as downwards. If
+    not, it may have come out of the ground exactly through an edge between two facets, which have no contact with it.
+    But it may also have passed only through the rim of a cap, because caps are wider than their gap by a crack.
     """
     lands = contact.t <= end and not caps.layout.layered and is_on_free_side(contact)
-    if lands and not caps.layout.apart:
-        return NO_LOSS
     below, began, left, rest = NO_CONTACT, 0.0, NOTHING_LEFT, arc
     for _ in range(2 * len(caps.layout.ring)):
         crossing = first_contact(caps.locator, caps.facets, rest, left, end - began)
@@ -148,7 +144,11 @@ def loss_through_cap(caps: CapLocator, arc: Arc, contact: Any, end: float) -> Lo
             below = NO_CONTACT
         began, rest = t, Arc(x=position(arc, t), v=velocity(arc, t), gravity=arc.gravity)
         left = PreviousContact(facet=crossing.facet, other=-1, side=-crossing.side, resting=False, before=-1)
-    return NO_LOSS if lands or below.facet < 0 else _loss_at(caps, arc, below, contact)
+    if below.facet < 0:
+        return NO_LOSS
+    if lands and not passes_below_ground(caps, below.facet, NO_CAP, position(arc, below.t), position(arc, contact.t)):
+        return NO_LOSS
+    return _loss_at(caps, arc, below, contact)
 
 
 @kernel
@@ -165,7 +165,7 @@ def _loss_at(caps: CapLocator, arc: Arc, below: Contact, contact: Any) -> Loss:
 
 @kernel
 def passes_below_ground(caps: CapLocator, f: int, g: int, p: Vec, q: Vec) -> bool:
-    """Return True if a rock that falls through cap f at p, and comes back through cap g at q, passes below the ground.
+    """Return True if a rock that falls through cap f at p, and is above the ground again at q, passes below the ground.
 
     In plan the path of a rock is straight. So the rock has stayed in the air of a gap if the straight way in plan leads
     over caps only, from neighbour to neighbour. For a hole in a steep slope, which has hardly any area in plan, it is
@@ -174,9 +174,12 @@ def passes_below_ground(caps: CapLocator, f: int, g: int, p: Vec, q: Vec) -> boo
     If the way leaves the gap in the first ON_GROUND tolerances, the rock has not been in this gap. It was only on the
     rim, for example at a vertex that two gaps have in common.
 
+    g : the cap through which the rock comes back; NO_CAP for a rock that lands at q without coming back through a cap
     p, q : (3,) m
     """
-    if caps.layout.ring[f] >= 0 or caps.layout.ring[g] >= 0:
+    if g == NO_CAP and caps.layout.ring[f] >= 0:
+        return False
+    if g != NO_CAP and (caps.layout.ring[f] >= 0 or caps.layout.ring[g] >= 0):
         return caps.layout.ring[f] != caps.layout.ring[g]  # type: ignore[no-any-return]
     cap: Any = f
     for _ in range(len(caps.layout.ring)):

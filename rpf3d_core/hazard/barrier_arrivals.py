@@ -352,8 +352,10 @@ def _contact_here(barriers: Barriers, k: int, rock: PassingRock, t: float, insta
     """
     here = ContactHere(q=-1, after=False)
     for q in range(rock.begin, rock.end):
+        if rock.impacts[q, 0] > t + instant:
+            break
         met = _panel_of(barriers, rock.facets[q])
-        if met < 0 or abs(rock.impacts[q, 0] - t) > instant:
+        if met < 0 or rock.impacts[q, 0] < t - instant:
             continue
         x = (rock.impacts[q, 1], rock.impacts[q, 2], rock.impacts[q, 3])
         if stands_at(barriers.panel, k, x, barriers.slack) and (met < k or here.q < 0):

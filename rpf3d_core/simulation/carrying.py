@@ -60,7 +60,7 @@ def held_by(physics: Physics, state: State, contact: Contact, n: Vec, rock: Rock
             )
         if g_n > 0.0:
             return Hold(alone, kept)
-        if on_last:  # the overhang ends here, but the last facet carries the rock on along its foot
+        if on_last and contact.side * stored_normal(facets, last)[2] > 0.0:  # an overhang ends, but its floor does not
             last_alone = PreviousContact(facet=last, other=-1, side=contact.side, resting=True, before=-1)
             return Hold(last_alone, kept)
         return Hold(NOTHING_LEFT, v)  # the line ends, and an overhang carries no rock

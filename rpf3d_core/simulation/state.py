@@ -100,7 +100,7 @@ def with_piece(tally: RockTally, length: float, motion: Motion, tolerance: float
     speed2 = max(tally.speed2, dot(motion.v, motion.v))
     idle = 0 if length > tolerance else tally.idle + 1
     if speed2 > GAINED * tally.speed2:
-        idle = min(idle, 1)
+        idle = min(idle, 1)  # not 0: the rock still moves to and fro between facets (`carrying.held_by`)
     return RockTally(
         path=tally.path + length,
         impacts=tally.impacts,

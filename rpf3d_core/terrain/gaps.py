@@ -46,18 +46,15 @@ class Caps(NamedTuple):
 
     corners : (T, 3, 3) m, counter-clockwise seen from the free side
     outcome : (T,) outcome of a rock that passes through: LEFT_TERRAIN in a bay and at outer walls, else LOST_TO_HOLE
-    ring : (T,) number of the hole in a steep slope that the triangle closes, or of the outer wall that it belongs to;
-        IN_PLAN for all other triangles, whose gaps have an area in plan
+    ring : (T,) number of the hole in a steep slope that the triangle closes; each triangle of an outer wall has a
+        number of its own; IN_PLAN for all other triangles, whose gaps have an area in plan
     layered : true if ground lies above other ground, so that a rock below the upper ground may still hit lower ground
-    apart : true if a rock may fall through one part of the caps and leave the ground through another part, with ground
-        between both parts: there are several gaps, or the only gap is concave
     """
 
     corners: FloatArray
     outcome: NDArray[np.int32]
     ring: NDArray[np.int32]
     layered: bool = False
-    apart: bool = False
 
 
 class Outline(NamedTuple):
@@ -104,22 +101,7 @@ def caps_over(border: FloatArray, crack: float) -> Caps:
         outcome=np.concatenate(outcome).astype(np.int32),
         ring=np.concatenate(ring).astype(np.int32),
         layered=layered,
-        apart=_are_apart(faces, len(np.unique(hole)), crack),
     )
-
-
-def _are_apart(faces: NDArray[np.object_], steep: int, crack: float) -> bool:
-    """Return True if a straight line in plan may leave the gaps and then enter a gap again.
-
-    A rock that falls through a gap may then leave the ground again elsewhere. From a single convex gap it cannot.
-
-    faces : (G,) gaps with an area in plan, as polygons of shapely; steep : number of gaps in steep slopes
-    crack : largest width (m) of a crack
-    """
-    if len(faces) == 1 and steep == 0:
-        hull = shapely.convex_hull(faces[0])
-        return bool(2.0 * (hull.area - faces[0].area) > crack * hull.length)
-    return len(faces) + steep > 1
 
 
 def _outline(border: FloatArray) -> Outline:

@@ -553,8 +553,8 @@ GUARDS = (
         "test_gullies.py::test_a_rock_that_slides_squarely_into_the_foot_of_an_overhang_slides_on_along_the_foot"
         "[7.0-5.0-15.0-0.0-reference]",
         HOLDING,
-        "        if on_last:  # the overhang ends here",
-        "        if False:  # the overhang ends here",
+        "        if on_last and contact.side",
+        "        if False and contact.side",
         "`held_by`: where an overhang ends at a vertex of its foot, the floor carries the rock on",
         "impacts without end take the rock's speed, and it stops in a foot that slopes",
     ),
