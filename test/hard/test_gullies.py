@@ -286,13 +286,3 @@ def test_copies_of_facets_do_not_stop_a_rock_that_slides_along_an_edge_within_a_
     x, physics = grid.vertices[draw.choice(121, 60)], flight(surface(0.3, 0.8, 30.0, 0.1))
     once, twice = (fly(engine_over(engine, terrain), physics, x).deposits for terrain in (grid, copied))
     assert not np.any((twice.outcome == Outcome.STOPPED) & (once.outcome != Outcome.STOPPED))
-
-
-@BOTH
-def test_the_smallest_kink_holds_a_rock_on_a_line_that_is_level_across(engine):
-    """Both sides of this gully rise by 4e-6, which counts as one plane; the line falls by 20 degrees."""
-    angle = math.degrees(4e-6)
-    over = engine_over(engine, gully(angle, angle, 20.0, cells=7))
-    flights = fly(over, flight(surface(friction_angle=10.0)), (0.3, 0.0, -0.3 * math.tan(math.radians(20.0))))
-    assert outcomes(flights) == {Outcome.LEFT_TERRAIN} and lies_on(over, flights)
-    assert abs(flights.deposits.x[0, 1]) < NEAR
