@@ -137,7 +137,8 @@ def loss_through_cap(caps: CapLocator, arc: Arc, contact: Any, end: float) -> Lo
         if crossing.side > 0.0:
             if below.facet >= 0 and not lands:
                 break
-            below = Contact(t=t, facet=crossing.facet, side=crossing.side, approach=crossing.approach)
+            if not _only_at_rim(caps, crossing.facet, arc, t):
+                below = Contact(t=t, facet=crossing.facet, side=crossing.side, approach=crossing.approach)
         elif below.facet >= 0:
             if passes_below_ground(caps, below.facet, crossing.facet, position(arc, below.t), position(arc, t)):
                 return _loss_at(caps, arc, below, contact)
@@ -164,6 +165,18 @@ def _loss_at(caps: CapLocator, arc: Arc, below: Contact, contact: Any) -> Loss:
 
 
 @kernel
+def _only_at_rim(caps: CapLocator, f: int, arc: Arc, t: float) -> bool:
+    """Return True if a rock that passes through cap f at the time t (s) is at the rim of the gap, and leaves the gap.
+
+    A rock that is released exactly on a corner of a gap passes through the cap there, also if it moves away over the
+    ground. The way in plan of such a rock leaves the gap in the first ON_GROUND tolerances.
+    """
+    near = ON_GROUND * caps.facets.tolerance
+    p, q = position(arc, t), position(arc, time_over(arc, t, 2.0 * near))
+    return caps.layout.ring[f] < 0 and _way_over_gap(caps, f, NO_CAP, p, q) <= near
+
+
+@kernel
 def passes_below_ground(caps: CapLocator, f: int, g: int, p: Vec, q: Vec) -> bool:
     """Return True if a rock that falls through cap f at p, and is above the ground again at q, passes below the ground.
 
@@ -181,18 +194,30 @@ def passes_below_ground(caps: CapLocator, f: int, g: int, p: Vec, q: Vec) -> boo
         return False
     if g != NO_CAP and (caps.layout.ring[f] >= 0 or caps.layout.ring[g] >= 0):
         return caps.layout.ring[f] != caps.layout.ring[g]  # type: ignore[no-any-return]
+    near = ON_GROUND * caps.facets.tolerance
+    return near < _way_over_gap(caps, f, g, p, q) < math.inf
+
+
+@kernel
+def _way_over_gap(caps: CapLocator, f: int, g: int, p: Vec, q: Vec) -> float:
+    """Return the length (m) of the straight way from p to q until it leaves, in plan, the gap that cap f closes.
+
+    The way leads from cap to neighbouring cap. The result is inf if the way ends in the gap, or reaches cap g.
+
+    g : NO_CAP to follow the way up to q; p : (3,) m, on cap f; q : (3,) m
+    """
     cap: Any = f
     for _ in range(len(caps.layout.ring)):
         if cap == g:
-            return False
+            return math.inf
         side, share = _side_left(caps.facets, cap, p, q)
         if side < 0:
-            return False
+            return math.inf
         beyond: Any = np.int64(caps.layout.neighbours[3 * cap + side])
         if beyond == NO_CAP:
-            return share * norm(subtract(q, p)) > ON_GROUND * caps.facets.tolerance
+            return share * norm(subtract(q, p))
         cap = beyond
-    return True
+    return norm(subtract(q, p))
 
 
 @kernel

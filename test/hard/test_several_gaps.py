@@ -94,6 +94,37 @@ def test_a_sphere_that_passes_below_a_berm_from_hole_to_hole_is_lost_at_the_firs
     assert (ends.outcome == LOST).all() and np.allclose(ends.x[:, 2], 10.0, atol=1e-9)
 
 
+def from_corners(terrain, corners):
+    """Return positions and velocities (N, 3) of rocks that fly off from vertices, closely over each facet around them.
+
+    corners : numbers of the vertices
+    """
+    x, v = [], []
+    for corner, facet in ((c, f) for c in corners for f in terrain.triangles if c in f):
+        sides = [terrain.vertices[other] - terrain.vertices[corner] for other in facet if other != corner]
+        up = np.cross(*sides)
+        up *= np.copysign(1.0, up[2]) / np.linalg.norm(up)
+        for share in (0.1, 0.5, 0.9):
+            way = share * sides[0] + (1.0 - share) * sides[1]
+            for steep in (1e-6, 1e-3, 0.05):
+                x.append(terrain.vertices[corner])
+                v.append(5.0 * (way / np.linalg.norm(way) + steep * up))
+    return np.array(x), np.array(v)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_rock_that_flies_off_from_a_corner_of_a_hole_over_the_ground_is_not_lost_there(engine):
+    """In this rough ground, six of the rocks pass through the cap exactly at the corner, at a time of 0."""
+    rng = np.random.default_rng(7003018)
+    noise = rng.choice([0.01, 0.1, 0.5]) * rng.normal(size=(7, 7))
+    missing = np.zeros((6, 6), bool)
+    missing[2, 2] = True
+    terrain = surveyed(np.arange(7.0), np.arange(7.0), noise - 0.6 * np.arange(7.0)[:, None], missing)
+    x, v = from_corners(terrain, [3 * 7 + 2])
+    ends = fly(engine_over(engine, terrain), flight(surface(), rebound="coulomb_limited"), x, v).deposits
+    assert (ends.t > 0.0).all() and len(x) == 45
+
+
 # --- the cap of a hole with an uneven rim -----------------------------------------------------------------------------
 
 
