@@ -38,7 +38,7 @@ def on_a_corner(shape) -> np.ndarray:
 
 
 def steady_spins(accuracy: float) -> np.ndarray:
-    """Return the mean spins (rad/s) just before and after an impact of a corner, over the last ten impacts: (2,).
+    """Return the mean spins (rad/s) just before and after an impact of a corner, over the last 40 impacts: (2,).
 
     The wheel starts at rest, so that friction does not turn it sideways.
     """
@@ -52,7 +52,7 @@ def steady_spins(accuracy: float) -> np.ndarray:
     blows = end.blows()
     corners = blows[blows[:, 9] > 1.0]
     assert len(corners) > 60
-    return corners[-10:, 9:11].mean(axis=0)
+    return corners[-40:, 9:11].mean(axis=0)
 
 
 def test_a_rimless_wheel_rolls_with_the_spin_of_the_closed_form():
