@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from rpf3d_core.terrain.frame import FloatArray
 
 NO_CAP = -1
-"""Number in place of a neighbour: beyond this side of a cap there is no other cap, but the ground around the gap."""
+"""Number in place of a neighbour if the ground around the gap begins at this side of a cap."""
 
 
 def neighbours_of(corners: FloatArray) -> NDArray[np.int32]:

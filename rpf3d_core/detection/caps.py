@@ -13,6 +13,7 @@ from rpf3d_core.arc import Arc, position, time_over, velocity
 from rpf3d_core.detection.cap_neighbours import NO_CAP
 from rpf3d_core.detection.contact import NO_CONTACT, NOTHING_LEFT, Contact, PreviousContact, first_contact
 from rpf3d_core.detection.fallen import STRAIGHT
+from rpf3d_core.detection.stretch import left_of
 from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.terrain.facet_geometry import REACH, corner
 from rpf3d_core.terrain.facets import CRACK, Facets
@@ -230,19 +231,14 @@ def _side_left(facets: Facets, f: int, p: Vec, q: Vec) -> tuple[int, float]:
     """
     side, least = -1, math.inf
     for k in range(3):
-        a, b = corner(facets, f, k), corner(facets, f, (k + 1) % 3)
-        first, last = _left_of(a, b, p), _left_of(a, b, q)
+        begin = corner(facets, f, k)
+        edge = subtract(corner(facets, f, (k + 1) % 3), begin)
+        first, last = left_of(edge, begin, p), left_of(edge, begin, q)
         if last < 0.0:
             share = max(first, 0.0) / (max(first, 0.0) - last)
             if share < least:
                 side, least = k, share
     return side, least
-
-
-@kernel
-def _left_of(a: Vec, b: Vec, p: Vec) -> float:
-    """Return the distance in plan of p to the left of the line from a to b, times the length of the line (m^2)."""
-    return (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
 
 
 @kernel

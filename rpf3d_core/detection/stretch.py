@@ -70,15 +70,15 @@ def _beside(facets: Facets, f: int, stretch: Stretch, slack: float) -> bool:
     The result is False for a vertical stretch, whose line in plan is a point.
     """
     p, v = stretch.p, stretch.v
-    a = _left_of(v, p, corner(facets, f, 0))
-    b = _left_of(v, p, corner(facets, f, 1))
-    c = _left_of(v, p, corner(facets, f, 2))
+    a = left_of(v, p, corner(facets, f, 0))
+    b = left_of(v, p, corner(facets, f, 1))
+    c = left_of(v, p, corner(facets, f, 2))
     speed = abs(v[0]) + abs(v[1])
     return speed > SLOWEST and (max(a, b, c) < -slack * speed or min(a, b, c) > slack * speed)
 
 
 @kernel
-def _left_of(v: Vec, p: Vec, corner: Vec) -> float:
+def left_of(v: Vec, p: Vec, corner: Vec) -> float:
     """Return how far a corner lies to the left of the line through p along v, times the speed, both in plan (m^2/s)."""
     return v[0] * (corner[1] - p[1]) - v[1] * (corner[0] - p[0])
 

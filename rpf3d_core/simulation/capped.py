@@ -84,7 +84,7 @@ def _facets_of_caps(caps: Caps, tolerance: float) -> CapFacets:
     triangles = np.arange(3 * len(corners), dtype=np.int32).reshape(-1, 3)
     facets = facets_of(Terrain(corners.reshape(-1, 3), triangles, outcome, ()))
     layout = CapLayout(neighbours=neighbours_of(corners), ring=ring, layered=caps.layered)
-    return CapFacets(facets._replace(tolerance=CRACK * tolerance, crack=CRACK * tolerance), layout)
+    return CapFacets(facets=facets._replace(tolerance=CRACK * tolerance, crack=CRACK * tolerance), layout=layout)
 
 
 def _any_corner(corners: FloatArray) -> FloatArray:

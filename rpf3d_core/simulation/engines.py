@@ -103,7 +103,7 @@ class Reference:
         self.locator = VtkLocator(facets)
         self.method: Any = self.locator
         if isinstance(caps, CapFacets):
-            caps = CapLocator(VtkLocator(caps.facets), plain(caps.facets), plain(caps.layout))
+            caps = CapLocator(locator=VtkLocator(caps.facets), facets=plain(caps.facets), layout=plain(caps.layout))
         self.caps = caps
         self.pieces = None if pieces is None else TerrainPieces(self.locator, *plain(pieces))
 
@@ -162,7 +162,7 @@ class Compiled:
         self.locator = locator or bucket_locator(facets)
         self.method: Any = self.locator
         if isinstance(caps, CapFacets):
-            caps = CapLocator(bucket_locator(caps.facets), caps.facets, caps.layout)
+            caps = CapLocator(locator=bucket_locator(caps.facets), facets=caps.facets, layout=caps.layout)
         self.caps = caps
         self.pieces = None if pieces is None else TerrainPieces(self.locator, *pieces)
 

@@ -137,7 +137,7 @@ def up_to_other_piece(
     """
     contact = _other_piece_on(pieces, physics, state, piece)
     for _ in range(HALVINGS):
-        if contact.facet < 0 or _moves_into(physics, state, piece, contact):
+        if contact.facet < 0 or _moves_into(physics, contact, on_piece(state.motion, piece.motion, contact.t)):
             break
         piece = _slide(physics, state, rock, 0.5 * (piece.motion.t - state.motion.t))
         contact = _other_piece_on(pieces, physics, state, piece)
@@ -157,12 +157,11 @@ def _other_piece_on(pieces: TerrainPieces, physics: Physics, state: State, piece
 
 
 @kernel
-def _moves_into(physics: Physics, state: State, piece: SlideSegment, contact: Contact) -> bool:
+def _moves_into(physics: Physics, contact: Contact, before: Motion) -> bool:
     """Return True if a rock moves into the facet of a contact with other ground, and not only the segment's chord does.
 
-    piece : the ground segment; contact : the contact, with t as the share of the segment's chord
+    before : the motion of the rock at the contact
     """
-    before = on_piece(state.motion, piece.motion, contact.t)
     return dot(before.v, stored_normal(physics.facets, contact.facet)) * contact.side < 0.0
 
 
@@ -179,7 +178,7 @@ def _onto_other_piece(
     piece : the ground segment; contact : the contact with the facet, with t as the share of the segment's chord
     """
     before = on_piece(state.motion, piece.motion, contact.t)
-    if not _moves_into(physics, state, piece, contact):
+    if not _moves_into(physics, contact, before):
         before = _towards(before, subtract(piece.motion.x, state.motion.x))
     length, tolerance = contact.t * piece.length, physics.facets.tolerance
     note_piece(record, state.tally, state.motion, before.v, SLIDING)

@@ -30,7 +30,7 @@ def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, F
     areas, looks = _sums(border, label)
     steep = np.abs(areas[:, 2]) < STEEP * np.linalg.norm(areas, axis=1)
     holes = np.flatnonzero(steep & (np.einsum("ij,ij->i", areas, looks) < 0.0))
-    caps, capped = [np.empty((0, 3, 3))], np.zeros(len(border), dtype=bool)  # no triangles, if there are no holes
+    caps, capped = [np.empty((0, 3, 3))], np.zeros(len(border), dtype=bool)
     for hole in holes.tolist():
         sides = label == hole
         cap = _closed(border[sides, :2], -areas[hole], crack)

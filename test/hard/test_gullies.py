@@ -256,7 +256,7 @@ def test_a_rock_that_moves_along_an_edge_within_a_plane_slides_as_on_one_facet(e
 def test_a_rock_that_slides_squarely_into_the_foot_of_an_overhang_slides_on_along_the_foot(
     engine, fall, lean, dip, R_n
 ):
-    """The floor falls towards the face, the foot falls by `dip` along the face, and there is no friction."""
+    """The floor slopes towards the face; the foot slopes by `dip` degrees. The ground has no friction."""
     down, side = math.tan(math.radians(dip)), math.tan(math.radians(fall))
     top = -8.0 * math.sin(math.radians(lean)), 8.0 * math.cos(math.radians(lean))
     vertices = [

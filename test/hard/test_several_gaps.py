@@ -79,7 +79,7 @@ def test_a_rock_that_passes_below_a_berm_from_hole_to_hole_is_lost_at_the_first(
 @pytest.mark.parametrize("face", FACES)
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_rock_that_leaves_the_ground_exactly_through_an_edge_is_lost_at_the_hole(engine, face):
-    """From below, an edge between two facets is no contact; 2 and 3 m are lines of the grid."""
+    """A rock that comes from below meets no facet at an edge of the grid; edges are at y = 2 m and y = 3 m."""
     x, v = through_the_berm(4)
     x[:, 1] = 2.0, 2.5, 3.0, 2.000001
     ends = fly(engine_over(engine, berm(face, second=False)), flight(STICKY), x, v).deposits

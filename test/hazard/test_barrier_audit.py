@@ -9,14 +9,14 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 import scenes_of_facets as made
-from obstacles_made import MASS, RADIUS, fence, fences, with_effects
+from obstacles_made import MASS, RADIUS, fence, fences, passage, with_effects
 
 from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.hazard.barriers import BarrierTally
 
 G = 9.81
 HALF = 60.0
-FLIGHT, CAUGHT = 0, 2
+CAUGHT = 2
 FIXED = [1, 1115, 1290, 1378, 20001, 20002, 20003]
 """Seeds of valleys; those from 20001 on were not used while the audit was written."""
 
@@ -116,17 +116,10 @@ def overflights(paths, rows, one):
         begin, end, duration = paths.x[p], paths.x[p + 1], paths.t[p + 1] - paths.t[p]
         if (begin[0] < one.x) == (end[0] < one.x) or not duration > 0.0:
             continue
-        share = (one.x - begin[0]) / (end[0] - begin[0])
-        t = share * duration
-        if paths.mode[p] == FLIGHT:
-            z, vz = begin[2] + paths.v[p, 2] * t - 0.5 * G * t * t, paths.v[p, 2] - G * t
-            speed2 = paths.v[p, 0] ** 2 + paths.v[p, 1] ** 2 + vz**2
-        else:
-            z = begin[2] + share * (end[2] - begin[2])
-            speed2 = (1 - share) * (paths.v[p] ** 2).sum() + share * (paths.v_end[p] ** 2).sum()
+        t, energy, z = passage(paths, p, one.x, G)
         height = z - one.z + RADIUS * one.top
         if height > one.height + 1e-9:
-            found.append((paths.t[p] + t, "over", 0.5 * MASS * speed2, height))
+            found.append((t, "over", energy, height))
     return found
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import scenes_of_facets as made
 from flying_bodies import Terms, drop, flown, ground, random_poses
-from obstacles_made import MASS, RADIUS, energy_of, fence, fences, rough_ground, with_effects
+from obstacles_made import MASS, RADIUS, energy_of, fence, fences, passage, rough_ground, with_effects
 from on_both_engines import BOTH, G
 
 from rpf3d_core.effects.barriers import Barriers
@@ -247,15 +247,7 @@ def visits(flights: Flights, row: int, x: float) -> list[tuple[float, float, flo
         away, beyond = abs(begin[0] - x), (end[0] - x) * np.sign(x - begin[0])
         if away < ON or beyond < -ON or not duration > 0.0:
             continue
-        share = (x - begin[0]) / (end[0] - begin[0])
-        t = share * duration
-        if paths.mode[p] == 0:
-            z, vz = begin[2] + paths.v[p, 2] * t - 0.5 * G * t * t, paths.v[p, 2] - G * t
-            speed2 = paths.v[p, 0] ** 2 + paths.v[p, 1] ** 2 + vz**2
-        else:
-            z = begin[2] + share * (end[2] - begin[2])
-            speed2 = (1 - share) * (paths.v[p] ** 2).sum() + share * (paths.v_end[p] ** 2).sum()
-        found.append((paths.t[p] + t, 0.5 * MASS * speed2, z))
+        found.append(passage(paths, p, x, G))
     return found
 
 

@@ -12,9 +12,11 @@ from rpf3d_core.effects.forest import Deflection, Forest, Stems
 from rpf3d_core.effects.hooks import chain_of
 from rpf3d_core.effects.obstacle_cells import cells_of
 from rpf3d_core.ensemble.batches import Flight
+from rpf3d_core.ensemble.flights import Paths
 from rpf3d_core.simulation.engines import Models
 from rpf3d_core.terrain.facets import Terrain, tolerance_of
 from rpf3d_core.terrain.sections import ground_at, section_of
+from rpf3d_core.values import Mode
 
 MASS, RADIUS = 1000.0, 0.5
 """Mass and radius of the rocks of `scenes_of_facets.fly` (kg, m)."""
@@ -90,6 +92,23 @@ def with_effects(physics: Flight, *effects: object) -> Flight:
 def energy_of(speed: float) -> float:
     """Return the translational energy (J) of a rock at a speed (m/s)."""
     return 0.5 * MASS * speed * speed
+
+
+def passage(paths: Paths, p: int, x: float, gravity: float) -> tuple[float, float, float]:
+    """Return time (s), translational energy (J) and height z (m) of a rock at the plane at x (m) on a path segment.
+
+    p : row of the segment in `paths`; the segment must not be parallel to the plane; gravity : m/s^2
+    """
+    begin, end = paths.x[p], paths.x[p + 1]
+    share = (x - begin[0]) / (end[0] - begin[0])
+    t = share * (paths.t[p + 1] - paths.t[p])
+    if paths.mode[p] == Mode.FLIGHT:
+        z, vz = begin[2] + paths.v[p, 2] * t - 0.5 * gravity * t * t, paths.v[p, 2] - gravity * t
+        speed2 = paths.v[p, 0] ** 2 + paths.v[p, 1] ** 2 + vz**2
+    else:
+        z = begin[2] + share * (end[2] - begin[2])
+        speed2 = (1 - share) * (paths.v[p] ** 2).sum() + share * (paths.v_end[p] ** 2).sum()
+    return paths.t[p] + t, 0.5 * MASS * speed2, z
 
 
 def thrown(count: int, seed: int = 1) -> tuple[np.ndarray, np.ndarray]:
