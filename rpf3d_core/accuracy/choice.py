@@ -149,11 +149,10 @@ def statistical_error(lines: Sequence[Priced], rocks: int) -> float:
 
 
 def rocks_needed(lines: Sequence[Priced], allowed: float) -> int | None:
-    """Return the number of rocks that reduces the statistical error to `allowed` (-) or less.
+    """Return the smallest measured number of rocks whose statistical error is at most `allowed` (-).
 
-    The result is a measured number of rocks, or an extrapolation from the largest measured number: errors are
-    proportional to 1 / sqrt(rocks). Return None if the result would be above MOST_ROCKS (10 million), or if `allowed`
-    is not above 0.
+    If there is none, return an extrapolation from the largest measured number: errors are proportional to
+    1 / sqrt(rocks). Return None if the extrapolation is above MOST_ROCKS (10 million), or if `allowed` is not above 0.
 
     lines : the statistical lines of a price list, by ascending number of rocks
     """

@@ -16,9 +16,12 @@ Four = tuple[float, float, float, float]
 
 
 class Nome(NamedTuple):
-    """Powers of a nome q = exp(-pi K(1 - m) / K(m)), with the complete elliptic integral K.
+    """Powers of the nome q, the small number in whose powers the theta series of a free rotation are written.
 
-    odd : (q^2, q^6, q^12), for theta 1 and 2; even : 2 (q, q^4, q^9), for theta 3 and 4
+    q = exp(-pi K(1 - m) / K(m)), with the complete elliptic integral K of the parameter m (0 to 1), the squared
+    modulus.
+
+    odd : (q^2, q^6, q^12), for the theta functions 1 and 2; even : 2 (q, q^4, q^9), for the theta functions 3 and 4
     """
 
     odd: Vec

@@ -1,4 +1,4 @@
-"""`rpf3d import`: make a scene from another program's input, a terrain from a cloud, or GeoJSON from a layer."""
+"""`rpf3d import`: make a scene from Rockyfor3D or STONE, a terrain from point clouds, or GeoJSON from a layer."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,7 +12,9 @@ if TYPE_CHECKING:  # each command imports its own modules, so that `rpf3d --help
     from rpf3d_core.imports.imported import Imported
 
 app = typer.Typer(
-    help="Make a scene of another program's input, a terrain of a cloud, or GeoJSON of a layer.", no_args_is_help=True
+    help="Make a scene from the input of Rockyfor3D or STONE, a terrain from point clouds, or GeoJSON from a layer "
+    "of a GIS or CAD file.",
+    no_args_is_help=True,
 )
 
 Folder = Annotated[Path, typer.Argument(help="The folder that holds the grids.", show_default=False)]

@@ -144,9 +144,12 @@ def _sum_normals(corners: Any, normals: Any, slack: float, grid: Grid, band: Cel
 
 @kernel
 def add_normal(normals: Any, f: int, planes: Any, row: int) -> None:
-    """Add the normal of facet f to the sum of one bucket, which gives the direction of the bucket's slab.
+    """Add the unit normal of facet f to the sum of normals of one bucket.
 
-    planes : (C, 4), as in `SlabTable`, with sums in place of normals; row : row of the bucket
+    This sum, scaled to length 1, becomes the normal of the bucket's slab (`lean_upwards`).
+
+    normals : (F, 3), of all facets; row : row of the bucket in `planes`
+    planes : (C, 4), one row for each bucket, changed: columns 0 to 2 hold the sums
     """
     for axis in range(3):
         planes[row, axis] += normals[f, axis]

@@ -34,11 +34,13 @@ from rpf3d_core.hazard.flown import flown_rocks
 class AtBarrier:
     """Counts of the rocks at one barrier, and distributions of their energy and height.
 
-    first : (4,) number of rocks by the result of their first arrival: NEVER arrived, flew OVER, broke THROUGH, HELD
-    held : number of rocks caught in the end
-    events : (4,) number of arrivals by result, in the order of `first`; 0 for NEVER
-    energy (J), height (m above the foot of the panel) : distributions over first arrivals
-    over : distribution of the height above the panel (m), over first arrivals of rocks that flew over it
+    first : (4,) number of rocks by the result of their first arrival: NEVER (did not arrive), OVER (flew over), THROUGH
+        (broke through), HELD (was caught)
+    held : number of rocks that the barrier caught in the end
+    events : (4,) number of arrivals of all rocks by result, in the same order; events[NEVER] is always 0
+    energy, height : distributions over first arrivals: energy (J), and height (m) of the rock's centre or top, as the
+        scene chooses, above the foot of the panel
+    over : distribution of the height above the upper edge of the panel (m), only over first arrivals that flew over
     """
 
     first: NDArray[np.int64] = field(default_factory=lambda: np.zeros(4, dtype=np.int64))

@@ -1,6 +1,6 @@
 """Names and units of the quantities of a hazard map, the same in rasters, meshes and pictures.
 
-Arrays (S,) have the values of the cells that rocks reached; all other cells have the value `Quantity.elsewhere`.
+Arrays (S,) have the values of the S cells that rocks reached; all other cells have the value `Quantity.elsewhere`.
 """
 
 import math
@@ -82,17 +82,17 @@ ENERGY_WORST = Quantity(
 
 
 def shares_of(maps: HazardMaps, layers: Layers) -> list[tuple[Quantity, FloatArray]]:
-    """Return the quantities reach probability (-) and first arrival (s), each with its array (S,)."""
+    """Return the quantities reach probability (-) and first arrival (s), each with its values (S,) in cells."""
     return [(REACH, reach_probability(layers, maps.flown)), (ARRIVAL, layers.first_arrival)]
 
 
 def counts_of(layers: Layers) -> list[tuple[Quantity, CountArray]]:
-    """Return the quantities that count passages, impacts and deposits, each with its array (S,)."""
+    """Return the quantities passages, impacts and deposits, each with its counts (S,) in cells."""
     return [(PASSAGES, layers.passages), (IMPACTS, layers.impacts), (DEPOSITS, layers.deposits)]
 
 
 def spreads_of(layers: Layers) -> list[tuple[Quantity, CellStatistics]]:
-    """Return the quantities energy (J), speed (m/s) and height (m), each with its statistics in arrays (S,)."""
+    """Return the quantities energy (J), speed (m/s) and height (m), each with its statistics (S,) in cells."""
     return [(ENERGY, layers.energy), (SPEED, layers.speed), (HEIGHT, layers.height)]
 
 

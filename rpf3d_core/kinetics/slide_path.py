@@ -297,9 +297,11 @@ def time_point(path: SlidePath, t: float, latest: float) -> float:
 def stop_point(path: SlidePath, stop_speed: float) -> float:
     """Return the path parameter y (0: start, inf: end) at which a sliding rock has slowed to stop_speed >= 0 (m/s).
 
-    The result is inf if the rock reaches this speed only at the end of the path, or never. With m < 1 the speed has a
-    minimum, where w^2 = (1 - m) / (1 + m). m is `path.m`, w the tangent of half the angle between the velocity and the
-    steepest descent.
+    The result is inf if the rock reaches this speed only at the end of the path, or never.
+
+    Let m = `path.m` be the deceleration by friction divided by the gravity along the plane, and w the tangent of half
+    the angle between velocity and steepest descent. If m < 1, the rock first slows down and then speeds up; the speed
+    is lowest where w^2 = (1 - m) / (1 + m). The search ends at this place.
     """
     if stop_speed <= 0.0 or (path.speed / (1.0 + path.w * path.w) >= stop_speed and path.m <= 1.0):
         return math.inf

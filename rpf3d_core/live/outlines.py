@@ -36,26 +36,29 @@ def outline_digest(rings: Iterable[FloatArray]) -> str:
 
 
 class DigestHistory:
-    """The present and the former digests of a thing that changes, such as the outline of an area or the terrain."""
+    """The current and the former digests of a thing that changes, such as the outline of an area or the terrain."""
 
     def __init__(self, digest: str, now_ns: int) -> None:
-        """Watch a digest from now (ns) on."""
+        """Start the history with a digest that is current from `now_ns` (ns) on."""
         self._digests, self._since_ns = [digest], [now_ns]
         self._counts = Counter(self._digests)
         self._began_ns = now_ns
 
     @property
     def present(self) -> str:
-        """The present digest."""
+        """The current digest."""
         return self._digests[-1]
 
     @property
     def since_ns(self) -> int:
-        """Time (ns) at which the present digest replaced the previous digest, or at which the history began."""
+        """Time (ns) at which the current digest replaced the previous digest, or at which the history began."""
         return self._since_ns[-1]
 
     def watch(self, digest: str, now_ns: int) -> None:
-        """Watch a digest from now (ns) on; do nothing if it is the present digest."""
+        """Make a digest the current digest from `now_ns` (ns) on; the digest before it becomes a former digest.
+
+        Do nothing if the digest is already the current digest. At most REMEMBERED digests are kept.
+        """
         if digest == self.present:
             return
         self._digests.append(digest)
@@ -69,9 +72,9 @@ class DigestHistory:
                 del self._counts[forgotten]
 
     def replaced_ns(self, digest: str, made_ns: int) -> int | None:
-        """Return the time (ns) at which a digest was replaced; None if it is the present digest.
+        """Return the time (ns) at which a digest was replaced; None if it is the current digest.
 
-        If the digest was present in several periods, the last period that began before `made_ns` counts. If no period
+        If the digest was current in several periods, the last period that began before `made_ns` counts. If no period
         began before `made_ns`, the first period counts. So evidence never counts as younger than its rocks, even if an
         outline changes back and forth. An unknown digest counts as replaced at the beginning of the watch.
 

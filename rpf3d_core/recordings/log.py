@@ -244,5 +244,9 @@ def log_outcomes(
 
 
 def _send(recording: Any, entity: str, seconds: FloatArray, columns: Any) -> None:
-    """Write all values of an entity to a recording in one call; seconds : (N,) s, simulated time of each value."""
+    """Write a time series to a recording in one call.
+
+    entity : path in the recording, such as speed/0/12; seconds : (N,) s, simulated time of each value
+    columns : the N values, as columns of a rerun archetype
+    """
     recording.send_columns(entity, [import_rerun().TimeColumn(TIMELINE, duration=seconds)], columns)

@@ -81,9 +81,9 @@ def area_outlines(
 
 
 def outlines_on(terrain: Terrain, path: Path, key: str) -> list[FloatArray]:
-    """Return the outlines (N, 2) m of the polygons in a file, in the local frame.
+    """Return the outlines (N, 2) m of the polygons in a file, holes included, in the local frame.
 
-    Overlapping polygons are united.
+    Overlapping polygons are merged.
 
     key : path of the scene file and key that names the file of polygons, for messages
 

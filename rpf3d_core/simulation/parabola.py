@@ -91,13 +91,13 @@ def into_air(effects: Any, motion: Motion, height: float, longest: float, rock: 
 def out_of_air(
     physics: Physics, locator: Any, motion: Motion, t: float, longest: float, rock: RockContext
 ) -> Motion:  # fmt: skip
-    """Return the motion at the end of a flight segment, after air drag has acted for the rest of the segment.
+    """Return the motion at the end of a flight segment, with the air drag that has not acted yet.
 
-    motion : at the end of the parabola; t : duration of the parabola (s)
+    The air has acted for longest / 2 before the parabola (`into_air`). Here it acts for t - longest / 2, so for t in
+    total. If no effect acts in the air, the motion is returned unchanged.
+
+    motion : at the end of the parabola; t : duration of the parabola (s), at least longest / 2
     longest : planned duration of the segment (s); inf if no effect acts in the air
-
-    Drag has already acted before the parabola for half of the planned duration (`into_air`); here it acts for the rest
-    of t.
     """
     if longest == math.inf:
         return motion

@@ -92,9 +92,12 @@ def _checked(weights: ArrayLike | None, sets: int) -> FloatArray | None:
 
 
 def write_parameter_sets(path: str | Path, sets: ParameterSets, more: Mapping[str, ArrayLike] | None = None) -> None:
-    """Write parameter sets as a Parquet file: a column for each key path, and `weight` where the weights differ.
+    """Write parameter sets as a Parquet file: a column for each key path, and a column `weight` if the weights differ.
 
-    more : further columns (S,) by name, such as a likelihood; names without a dot, which `read_parameter_sets` ignores
+    The file also stores the place at which the sets were calibrated, if it is known.
+
+    more : further columns (S,) by name, such as a likelihood; `read_parameter_sets` ignores columns whose name has no
+        dot and is neither `stop_speed` nor `weight`
     """
     from rpf3d_core.unknowns.sample_files import write_columns
 

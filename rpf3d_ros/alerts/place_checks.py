@@ -70,7 +70,14 @@ class PlaceChecks:
         self._forgotten: Mapping[str, Forgotten] = {}
 
     def submitted(self, trigger: Trigger) -> list[Trigger]:
-        """Return the triggers to answer after a message of sources: unreported places, if any, then the sources."""
+        """Store the places that a message of sources reports, and return the triggers to answer.
+
+        The result has one or two triggers: first the places that the topic no longer reports, if they must be
+        simulated, then the sources of the message. With a scan period, the last trigger also has the places of earlier
+        messages within the period. The call may begin or end faults of the topic.
+
+        trigger : the sources of the message
+        """
         topic, now_s = trigger.topic, time.monotonic()
         self._scans.received(topic, trigger.stamp_ns, now_s)
         is_suspect, is_due = topic in self._checks.suspects, self._checks.is_due(topic)

@@ -100,8 +100,12 @@ class SurveyInUse(NamedTuple):
         return same_stamp and bool(self.cloud_digest) and digest != self.cloud_digest
 
     def followed_by(self, arrival: Arrival, digest: str, stamp_ns: int) -> "SurveyInUse":
-        """Return the survey in use after the survey of a message was used: a new survey, or this survey again.
+        """Return the record of the survey in use after the survey in a message has become the terrain.
 
+        The message may have a new survey, or this survey again. The new record has no patches. It stores the stamp and
+        the digest of a cloud that is not older than the last cloud.
+
+        arrival : the message
         digest : SHA-256 (hex) of the survey in the message
         stamp_ns : time (ns) from which the age of the survey counts
         """

@@ -24,7 +24,7 @@ x, y, z are in m, t in s, speed in m/s, energy in J; rocks are counted from 0.
 
 
 class AnswerContent(NamedTuple):
-    """The rocks of an answer that are shown, as columns in the map frame.
+    """Paths, impacts and deposits of the displayed rocks of an answer, as columns in the map frame.
 
     The units are m (x, y, z, runout), s after the release (t), m/s (speed) and J (energy); `rock` is the rock's number.
 
@@ -42,7 +42,7 @@ class AnswerContent(NamedTuple):
 
 
 def content_of(answer: Answer, step: float) -> AnswerContent:
-    """Return the rocks of an answer that are shown, as columns for the messages.
+    """Return paths, impacts and deposits of the displayed rocks (`answer.flights`), as columns for the messages.
 
     step : longest distance (m) between two successive points of a path
     """

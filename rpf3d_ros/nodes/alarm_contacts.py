@@ -63,9 +63,12 @@ class Wanted:
         return self._is_closed and time.monotonic() - self._said_at <= LOOKED
 
     def wait_unless(self, is_closed: bool, longest: float) -> None:
-        """Wait until the contact must have another state than `is_closed`, or until `end` is called.
+        """Wait until a call changes the wanted state to the opposite of `is_closed`, `end` is called, or time is up.
 
-        is_closed : True for closed; longest : longest time to wait (s)
+        Return at once if the wanted state is already the opposite. The wait does not end when LOOKED seconds have
+        passed without `set`, which also opens the contact; so `longest` must be short.
+
+        is_closed : state to compare with, True for closed; longest : longest time to wait (s)
         """
         with self.changed:
             self.changed.wait_for(lambda: self.has_ended or self.is_closed != is_closed, longest)

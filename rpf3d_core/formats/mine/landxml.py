@@ -45,9 +45,12 @@ class _Content:
         self.text: list[str] | None = None
 
     def start(self, name: str, attributes: dict[str, str]) -> None:
-        """Start to read a point, face or surface, or store an attribute of the file; called by the XML parser.
+        """Handle the start of an XML element; called by the XML parser.
 
-        name : name of the element that starts, with or without a namespace
+        Begin to read a point, face or surface; invisible faces are only counted. Store the unit and the EPSG code of
+        the file. Note breaklines, contours and lists of points, because they are not read.
+
+        name : name of the element, with or without a namespace; attributes : of the element
         """
         name = name.rpartition(":")[2]
         if name == "P" and self.surfaces:

@@ -105,7 +105,7 @@ class Pit:
     crest_altitude: float = 1688.0
 
     def __post_init__(self) -> None:
-        """Raise `TerrainError` for values out of range, with the name of the parameter."""
+        """Check all parameters; raise `TerrainError`, which names the parameter, for a value that is not possible."""
         for name, (low, high) in RANGES.items():
             value = getattr(self, name)
             if not low <= value <= high:

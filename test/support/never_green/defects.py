@@ -1,7 +1,8 @@
 """Add defects of inputs to a combination: each function takes a `Plan` and returns it with one more defect.
 
-Only defects that the node can notice are drawn. The safety argument names the others ("What does no part cover?"): a
-wrong place that is plausible, a source that no sensor reports, a patch that is never sent while whole surveys arrive.
+Only defects that the node can notice are drawn. The safety argument names the others ("Which dangers are not
+covered?"): a wrong place that is plausible, a source that no sensor reports, a patch that is never sent while whole
+surveys arrive.
 """
 
 from collections.abc import Callable
