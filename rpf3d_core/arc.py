@@ -66,10 +66,10 @@ def _length_term(h: float, u: float) -> float:
 
 @kernel
 def time_over(arc: Arc, begin: float, length: float) -> float:
-    """Return a time (s) at which a rock has flown at most `length` (m) along its path since the time `begin` (s).
+    """Return a time (s) up to which a rock flies at most `length` (m) along its path, from the time `begin` (s) on.
 
-    Both times count from the start of the arc. The searches for contacts choose their next step with this bound: the
-    path between both times may be shorter than `length`, but never longer.
+    Both times count from the start of the arc. The path between both times may be shorter than `length`, but never
+    longer. The searches for contacts choose their next step with this bound.
     """
     vx, vy, vz = arc.v[0], arc.v[1], arc.v[2] - arc.gravity * begin
     speed = math.sqrt(vx * vx + vy * vy + vz * vz)
@@ -107,7 +107,8 @@ def falling_time(c: float, b: float, a: float) -> float:
     c, b, a : height (m) of the rock above the plane, its speed (m/s) and half its acceleration (m/s^2), both away from
         the plane
 
-    The result is the root with 2 a t + b < 0, in the form without cancellation between b and the square root.
+    The result is the root at which the speed b + 2 a t is negative (or zero, if the rock only touches the plane). Of
+    the two formulas for this root, the code uses the formula in which b and the square root do not cancel.
     """
     if c < 0.0 and a >= 0.0:  # from below, the height can only rise through zero
         return math.inf

@@ -70,7 +70,10 @@ def main() -> None:
 
 
 def _say_version(wanted: bool) -> None:
-    """Print the version and exit if the user gave `--version` (`wanted` is true)."""
+    """Print the version and exit if the user gave `--version` (`wanted` is true).
+
+    Raises InputError if rpf3d is not installed, so that its version is unknown.
+    """
     if wanted:
         try:
             screen.print(f"rpf3d {importlib.metadata.version('rpf3d')}", highlight=False)

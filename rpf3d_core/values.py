@@ -10,7 +10,7 @@ Vec = tuple[float, float, float]
 
 ZERO: Vec = (0.0, 0.0, 0.0)
 STANDARD_GRAVITY = 9.81
-"""Gravity (m/s^2), with the value of the published test cases."""
+"""Default gravity (m/s^2) of a scene; the published test cases use the same value."""
 
 
 SPHERE_INERTIA_RATIO = 0.4
@@ -82,7 +82,10 @@ OUTCOME_SENTENCES: dict[Outcome, str] = {
 DEPOSITED = (Outcome.STOPPED, Outcome.CAUGHT)
 """The outcomes of deposits: rocks that lie on the terrain in the end."""
 UNSTOPPED = tuple(outcome for outcome in Outcome if outcome not in (*DEPOSITED, Outcome.FRAGMENTED))
-"""The outcomes of rocks that did not stop on the terrain. The fragments of a broken rock have their own outcomes."""
+"""The outcomes of rocks that did not stop on the terrain.
+
+FRAGMENTED does not belong here, because each fragment of a broken rock has its own outcome.
+"""
 
 
 class Mode(IntEnum):

@@ -1,6 +1,6 @@
-"""Compute with vectors (x, y, z) as tuples of floats, in a fixed order of operations.
+"""Compute with vectors (x, y, z) as tuples of floats.
 
-So Python and compiled code give the same rounding.
+The order of operations is fixed, so that Python and compiled code round in the same way.
 """
 
 import math

@@ -76,8 +76,8 @@ def largest(prices: PriceList) -> str | None:
 def cheapest(prices: PriceList, target: float) -> Choice | None:
     """Return the setting that meets a target in the shortest computing time; None if no setting meets the target.
 
-    Every measured method is combined with every measured terrain, and each combination with the smallest number of
-    rocks that meets the target. Rasters are excluded, because a scene cannot request a raster.
+    Every measured method is combined with every measured terrain, and each combination with the number of rocks that
+    meets the target (`rocks_needed`). Rasters are excluded, because a scene cannot request a raster.
 
     target : largest total error (-)
     """
@@ -92,10 +92,10 @@ def cheapest(prices: PriceList, target: float) -> Choice | None:
 
 
 def cheapest_by_events(prices: PriceList, target: float) -> Choice | None:
-    """Return the setting with exact contacts, the full terrain and the fewest rocks that meet a target.
+    """Return the setting with exact contacts, the full terrain and a number of rocks that meets a target.
 
-    For rocks with a shape, the setting has the scene's own accuracy of contact. Return None if no number of rocks meets
-    the target. A run with `--accuracy` uses this setting.
+    The number of rocks is that of `rocks_needed`. For rocks with a shape, the setting has the scene's own accuracy of
+    contact. Return None if no number of rocks meets the target. A run with `--accuracy` uses this setting.
 
     target : largest total error (-)
     """
@@ -104,7 +104,7 @@ def cheapest_by_events(prices: PriceList, target: float) -> Choice | None:
 
 
 def exact_run(scene: str | Path, prices: PriceList, target: float) -> tuple[Scene, int]:
-    """Return the scene with exact contacts and the full terrain, and the number of rocks that meets a target.
+    """Return the scene with exact contacts in place of fixed steps, and the number of rocks that meets a target.
 
     scene : scene file; prices : price list of this scene; target : largest total error (-)
 

@@ -10,7 +10,7 @@ from rpf3d_core.simulation.engines import Engine
 from rpf3d_core.terrain.facet_geometry import REACH
 
 MOST_LAYERS = 8
-"""Number of layers of ground that are searched below the highest ground, under an overhang."""
+"""Largest number of layers of ground that are searched below the highest ground, such as under an overhang."""
 
 
 class HeightField(NamedTuple):

@@ -38,9 +38,10 @@ from rpf3d_core.setup.prepared import Prepared, places_of, prepare
 from rpf3d_core.setup.rounds import rounds_of
 
 PAIRED = 2000
-"""Number of rocks that are flown both with exact contacts and in fixed steps, to compare the two flights of each rock.
+"""Number of rocks that are flown with exact contacts and in fixed steps, to compare the two flights of each rock.
 
-The number is large enough to resolve a share of 0.01, and small enough to fly the rocks in short time steps.
+Rocks with a shape are flown with several accuracies of contact instead. The number is large enough to resolve a share
+of 0.01, and small enough to fly the rocks in short time steps.
 """
 OVER_TERRAINS = 16_000
 """Number of rocks that are flown over each terrain, to measure the geometric error."""
@@ -53,6 +54,8 @@ Tell = Callable[[str], None]
 
 def price_list(scene: Scene | str | Path, tell: Tell = lambda _: None) -> PriceList:
     """Return the price list of a scene: measure the error and the cost of each setting.
+
+    The rocks fly with the compiled engine. The cost of fixed steps is also measured with VTK, as in the thesis.
 
     tell : receives progress texts
 

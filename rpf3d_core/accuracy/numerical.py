@@ -71,7 +71,8 @@ class Price(NamedTuple):
     """The computing time of a fixed-step setting, if every step is tested for contact.
 
     seconds_per_1000 : s of one core for 1,000 rocks; step : s of one core for one step of one rock
-    by_clock : True if a step of this setting was timed; False if `step` is the time of a step in an earlier setting
+    by_clock : True if a step of this setting was timed; False if `step` is the time of a step in an earlier setting, or
+        GUESSED_STEP without an earlier setting
     """
 
     seconds_per_1000: float
@@ -174,11 +175,11 @@ def _stepping(engine: Engine, setting: Steps, every_step: bool = False) -> Engin
 def price_of(prepared: Prepared, releases: Releases, setting: Steps, steps: float, step: float) -> Price:
     """Return the computing time of a fixed-step setting, timed with a few rocks.
 
-    If one rock would exceed the time budget, no rock is timed, and the time of a step is that of an earlier setting.
+    If one rock would exceed the time budget (BUDGET), no rock is timed, and the time of a step is `step`.
 
     steps : mean number of steps of a rock, over all rocks. The time of a rock is this number times the time of a step,
         so the result does not depend on how long the few timed rocks fly
-    step : s, time of a step in an earlier setting
+    step : s, time of a step in an earlier setting, or GUESSED_STEP
     """
     if steps * step > BUDGET:
         return Price(seconds_per_1000=1000.0 * steps * step, step=step, by_clock=False)

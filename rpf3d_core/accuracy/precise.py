@@ -84,9 +84,9 @@ def off_exact(prepared: Prepared, flights: Flights, rocks: int = ROCKS) -> list[
 
 
 def impact_errors(impacts: int, place: Sequence[float], time: Sequence[float]) -> ImpactErrors:
-    """Return `ImpactErrors` from pairs (median, largest) of the errors of place (m) and time (s).
+    """Return `ImpactErrors` from the medians and the largest values of errors, for example from cost.json.
 
-    impacts : number of impacts; place, time : (2,) median and largest error, m and s
+    impacts : number of impacts; place, time : (2,) median and largest error of place (m) and of time (s)
     """
     (place_median, place_max), (time_median, time_max) = place, time
     return ImpactErrors(

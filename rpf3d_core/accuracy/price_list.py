@@ -60,7 +60,8 @@ class Priced(NamedTuple):
     """A line of the price list: one setting with its error and cost.
 
     setting : names and values that identify the setting, such as {"rocks": 1000}; error : (-)
-    seconds_per_1000_rocks : s of one core; more : further values of the line, by name, for cost.json and the tables
+    seconds_per_1000_rocks : computing time of 1,000 rocks, s of one core
+    more : further values of the line, by name, for cost.json and the tables
     """
 
     setting: Mapping[str, Any]
@@ -258,7 +259,7 @@ KEPT = ("setting", "error", "seconds_per_1000_rocks")
 def price_list_of(facts: Mapping[str, Any]) -> PriceList:
     """Return the price list in the content of a cost.json; facts : the content, as plain values.
 
-    Raises KeyError, TypeError or ValueError if the values are not a price list.
+    Raise a KeyError, TypeError or ValueError if the values are not a price list.
     """
     scene = facts["scene"]
     lines = {

@@ -1,1 +1,1 @@
-"""Alerts: make an alert level from evidence and the site's thresholds, and log every decision."""
+"""Alerts: decide on alert levels from evidence and the site's thresholds, and log every decision."""

@@ -112,7 +112,10 @@ def audit_log(path: str | Path, head: str | None = None) -> Audit:
 
 
 def _files(path: Path) -> list[tuple[int, Path]]:
-    """Return the files of a log with their numbers, to read them in order; a single file has the number 0."""
+    """Return the files of a log with their numbers, in order; a single file has the number 0.
+
+    Raise InputError if there is no log at the path.
+    """
     if path.is_file():
         return [(0, path)]
     files = files_in(path) if path.is_dir() else []
@@ -217,6 +220,8 @@ class _AuditState:
 
     def _decision(self, place: str, content: dict[str, Any]) -> None:
         """Repeat a logged decision from its logged inputs, and compare the result with the logged alert.
+
+        Raise Unreadable if the decision cannot be repeated, or if no earlier line has its thresholds.
 
         place : file and line, for messages; content : of the line, from `content_of`
         """

@@ -59,7 +59,7 @@ def decide(
     acknowledgement : Acknowledgement or None
         An acknowledgement given since the previous decision. The acknowledgement counts for this decision only.
     reported : tuple of str
-        The present faults that do not come from the evidence, such as a refused input.
+        The current faults that do not come from the evidence, such as a refused input.
 
     Returns
     -------
@@ -109,9 +109,11 @@ def decide(
 
 
 def _stands(previous: Alert | None, now_ns: int) -> bool:
-    """Return True if there is a previous decision that has no faults and is still valid; now_ns : present time (ns).
+    """Return True if there is a previous decision that has no faults and is still valid.
 
     An answer with too few rocks must not replace such a decision.
+
+    now_ns : time of the new decision (ns)
     """
     return previous is not None and not previous.faults and now_ns < previous.valid_until_ns
 

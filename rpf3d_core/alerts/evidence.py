@@ -54,7 +54,7 @@ class AreaEvidence(NamedTuple):
         on a path displaced by the misfit
     origins : the cluster of sources that gave each figure; None if no rock flew
     outline : digest of the outline within which the rocks were counted; "" if that is not known
-    outlined_ns : time (ns) since when the present outline of the area is watched; 0 if that is not known
+    outlined_ns : time (ns) since which the area has its current outline; 0 if that is not known
     """
 
     name: str
@@ -86,7 +86,8 @@ class AreaEvidence(NamedTuple):
     def share_without_energy(self) -> float:
         """The largest share (-) of rocks with unknown energy that a cluster may have in the area, as `without_energy`.
 
-        Logs of older versions lack `without_energy`: the figures of the area then count together, as they did there.
+        If `without_energy` is None, as in logs of older versions, the share follows from `left` and `reached`. The
+        share is then 1 if rocks left the terrain and the area has no p95 energy.
         """
         if self.without_energy is not None or self.left <= 0:
             return self.without_energy or 0.0
@@ -125,11 +126,12 @@ class Evidence(NamedTuple):
     seed : random seed of the scene; version : version of rpf3d
     areas : if several answers are combined, an area may occur once for each answer: the highest level counts
     faults : sentences from the program that made the evidence, each a reason not to believe the evidence
-    unfinished : number of rocks whose flight was cut off (`unfinished_of`)
+    unfinished : number of rocks whose flight was cut off (`unfinished_of`); with several clusters or answers, the
+        number of the worst cluster or answer, scaled to the cluster or answer with the fewest rocks
     outdated : areas that have moved and are not yet at their new place in the answers to all sources
     notes : sentences that the reader of the alert must know; the evidence is believed in spite of them
     complete_until_ns : time (ns) at which the program that combined the evidence would add a fault if it received
-        nothing new, because a sensor would then be silent for too long, or an answer too old for the present terrain;
+        nothing new, because a sensor would then be silent for too long, or an answer too old for the current terrain;
         0 if there is no such time
     """
 

@@ -188,7 +188,7 @@ def _unknown_faults(area: AreaEvidence, thresholds: Thresholds) -> Iterator[str]
 def _cut_off_faults(area: AreaEvidence, unfinished: int, thresholds: Thresholds) -> Iterator[str]:
     """Yield a fault if the level of an area would be higher if all rocks that were cut off had reached the area.
 
-    unfinished : number of rocks of all clusters whose flight was cut off
+    unfinished : number of rocks whose flight was cut off, as in `Evidence`
     """
     if unfinished > 0 and level_of(with_more_reached(area, unfinished), thresholds) > level_of(area, thresholds):
         yield (

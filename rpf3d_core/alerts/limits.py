@@ -79,11 +79,12 @@ def limits_of(thresholds: Thresholds, name: str) -> AreaLimitsSpec | None:
 
 
 def hidden_level(area: AreaEvidence, thresholds: Thresholds) -> Level | None:
-    """Return the level of an area as if all rocks in `left` had reached the area; None if no rock left the terrain.
+    """Return the level of an area as if all rocks in `left` had reached the area; None if `left` is 0.
 
     The energy of these rocks counts as infinite and their arrival as immediate, because both are unknown. If these
-    rocks are at most 5 % (RARE) of all rocks in the area, the largest known energy replaces the p95 energy. This must
-    hold for each cluster of sources, so that the rocks of one do not hide those of another. If `left_high` is None, all
+    rocks are at most 5 % (RARE) of all rocks in the area, the largest known energy replaces the p95 energy. The share
+    of 5 % must hold in each cluster of sources, so that the rocks of one cluster do not hide the rocks of another. With
+    unknowns, the upper end of the energy over the parameter sets always counts as infinite. If `left_high` is None, all
     rocks in `left` are counted in one parameter set, the worst case.
     """
     if area.left <= 0:
@@ -252,8 +253,9 @@ def _of(area: AreaEvidence, terms: EvidenceSpec) -> str:
 def energies_of(area: AreaEvidence, terms: EvidenceSpec) -> tuple[float, ...]:
     """Return the energies (J) to compare with a limit: the energy of all rocks, and its upper end over parameter sets.
 
-    Empty if no rock reached the area, not even on a path displaced by the misfit. The upper end is left out if the site
-    compares sampling intervals. The energy of all rocks is always compared, so that a wrong upper end hides no danger.
+    The result is empty if no rock reached the area, not even on a path displaced by the misfit. The upper end is left
+    out if the site compares sampling intervals. The energy of all rocks is always compared, so that a wrong upper end
+    hides no danger.
 
     terms : the site's rules for evidence
     """
@@ -263,8 +265,8 @@ def energies_of(area: AreaEvidence, terms: EvidenceSpec) -> tuple[float, ...]:
 def arrivals_of(area: AreaEvidence, terms: EvidenceSpec) -> tuple[float, ...]:
     """Return the first arrivals (s) to compare with a limit: of all rocks, and of the fastest parameter set.
 
-    Empty if no rock reached the area, not even on a path displaced by the misfit. The arrival of the fastest set is
-    left out if the site compares sampling intervals.
+    The result is empty if no rock reached the area, not even on a path displaced by the misfit. The arrival of the
+    fastest set is left out if the site compares sampling intervals.
 
     terms : the site's rules for evidence
     """

@@ -76,7 +76,10 @@ def content_of(raw: bytes) -> dict[str, Any] | None:
 
 
 def canonical(value: Any) -> str:
-    """Return plain values as one line of JSON; equal values give equal text, so that hashes can be compared."""
+    """Return plain values as one line of JSON; equal values with keys in the same order give equal text.
+
+    So hashes and values can be compared as text. Raise ValueError if a number is NaN or infinite.
+    """
     return json.dumps(value, separators=(",", ":"), allow_nan=False)
 
 

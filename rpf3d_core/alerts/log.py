@@ -50,8 +50,8 @@ LARGEST_BYTES = 16 * 1024 * 1024
 class DecisionLog:
     """The decision log in a folder, open for one writer.
 
-    head : hash (64 hex digits) of the last line; with a hash that was noted elsewhere, an audit finds whether later
-        somebody removed the last lines
+    head : hash (64 hex digits) of the last line; if a person notes this hash elsewhere, a later audit can find whether
+        this line was removed
     last_alert : the last decision, from which a restarted node must continue; None if there is none
     problems : sentences about problems found on opening, such as an incomplete line; empty if there were none
     unknown : why a level above that of `last_alert` may have been held; "" if `last_alert` is certain. The reason
@@ -281,6 +281,8 @@ class DecisionLog:
     def _judge(self, tails: list[Tail]) -> None:
         """Set `unknown` and `memory` from the files on disk, and write `unknown` to disk before the log is repaired.
 
+        The state file and the file of `Witness` are created if they are missing.
+
         tails : the states of the last log files, newest first
 
         Raises OSError if the state file of a new log cannot be written.
@@ -321,7 +323,7 @@ class DecisionLog:
         return ""
 
     def _resume(self, path: Path, tail: Tail) -> None:
-        """Continue in the last log file; an incomplete line at its end is moved into a separate file.
+        """Continue in the last log file; an incomplete line at its end is moved into a separate file, and logged.
 
         path : of the last log file; tail : its state
         """

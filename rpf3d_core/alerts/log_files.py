@@ -13,9 +13,9 @@ OPENING = b'{"kind":'
 
 
 class NotLogged(OSError):
-    """Raised if a line, such as a decision, could not be written to the log on disk; the message has the reason.
+    """Raised if a decision log cannot be opened, or if a line or the state of the node cannot be written to disk.
 
-    The decision is valid and must still be published.
+    The message has the reason. A decision that could not be written is valid, and must still be published.
     """
 
 

@@ -1,4 +1,4 @@
-"""Compare the place for which an area was judged with its present place: a moved area is judged again."""
+"""Compare the place for which an area was judged with its current place: a moved area is judged again."""
 
 from collections.abc import Iterator, Mapping
 
@@ -42,8 +42,8 @@ def places_end_ns(
 ) -> list[int]:
     """Return the times (ns) until which moved areas may still be judged for their former places.
 
-    If no answer judges a moved area for its new place until then, the area is a fault. An area that has not moved has
-    no time in the list.
+    If no answer has judged a moved area for its new place by then, the decision has a fault. An area that has not moved
+    has no time in the list.
 
     Parameters as in `decide`; worst : for each area, by name, the answer's finding with the highest level
     is_small : True if too few rocks flew to judge an area

@@ -33,7 +33,7 @@ def person_of(name: str) -> str:
 def acknowledged_by(
     previous: Alert | None, given: Acknowledgement | None, terms: AcknowledgeSpec, now_ns: int, is_reset: bool
 ) -> Acknowledged:
-    """Return the acknowledgements that wait after a decision, and why the new one has no effect, if it has none.
+    """Return the acknowledgements that wait after a decision, and why the new acknowledgement has no effect yet.
 
     previous : the previous decision
     given : the new acknowledgement, or None if there is none or another rule has made it void

@@ -53,7 +53,10 @@ def _without_value(document: Document, value: Any, path: KeyPath) -> Iterator[Fa
 
 
 def _without_effect(thresholds: Thresholds, document: Document) -> Iterator[Fault]:
-    """Yield a fault for values that are valid, but that no rock would ever reach."""
+    """Yield a fault for values that are valid, but probably not meant.
+
+    Such values are: an `alarm_from` that no limits can raise, and a limit of 1 for a reach probability.
+    """
     levels = [word for word in LEVELS for area in thresholds.areas.values() if getattr(area, word) is not None]
     if not any(LEVELS.index(word) >= LEVELS.index(thresholds.alarm_from) for word in levels):
         yield Fault(

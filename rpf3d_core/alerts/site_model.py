@@ -1,7 +1,8 @@
 """The contents of a site file: the limits of each level in each area, the age limits of evidence, and the alarm.
 
-Each mine chooses its own thresholds in its trigger action response plan (docs/explanation/alerts.md). So no threshold
-has a default, and every key that affects a decision is required. A level without limits is never reached.
+Each mine chooses its own thresholds in its trigger action response plan (docs/explanation/alerts.md). So the limits of
+areas, the age limits of sources and terrain, `clock_tolerance_s`, `fewest_rocks`, `most_unfinished`, `valid_s` and
+`alarm_from` have no default. A level without limits is never reached.
 """
 
 import math
@@ -106,7 +107,7 @@ def _disorder(key: str, lower: str, higher: str) -> str:
 
 
 class EvidenceSpec(StrictModel):
-    """Conditions that evidence must meet to be believed; evidence that does not meet them is a fault."""
+    """Rules for evidence: when evidence is a fault, when an answer is too small, and which figures limits apply to."""
 
     sources_max_age_s: Period = Field(
         description="a number above 0 (s), the greatest age of sources; older sources are a fault"
@@ -187,7 +188,7 @@ def _named_areas(areas: Mapping[str, AreaLimitsSpec]) -> Mapping[str, AreaLimits
 
 
 class Thresholds(StrictModel):
-    """All settings of the site that `alerts.decide` uses."""
+    """The contents of a site file: all settings of the site for alerts and for the evidence."""
 
     site: Name = Field(description="the name of the site in the decision log")
     evidence: EvidenceSpec = Field(description="a mapping, the rules for evidence")

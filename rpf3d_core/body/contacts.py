@@ -25,7 +25,7 @@ CONTACT_COLUMNS = 17
 N, T, S = 0, 3, 6
 """First column of the normal and of both tangents in the solver's row of a contact."""
 LEVER, TURN = 9, 18
-"""First columns of the vector product arm x local axis (m), and of the spin by a unit impulse, for each local axis."""
+"""First columns of two vectors for each local axis: arm x local axis (m), and the spin that a unit impulse causes."""
 MATRIX, SCHUR, LOCAL, AIM = 27, 33, 39, 42
 """First columns of the contact's matrix, its reduction to the tangents (`_reduce`), its impulse and its goal velocity.
 

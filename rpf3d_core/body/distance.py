@@ -27,7 +27,7 @@ TOUCHING = 1e-14
 """Distance, as a share (-) of the largest difference between corners, below which rounding hides the normal."""
 
 STALLS = 4
-"""Largest number of rounds that may find no shorter difference v of body and triangle; one more ends the search.
+"""Number of rounds that may find no shorter difference v of body and triangle; one more such round ends the search.
 
 Some such rounds are allowed because, on nearly parallel edges, the next vertex may still shorten v.
 """

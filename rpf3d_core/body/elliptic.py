@@ -1,5 +1,6 @@
-"""Elliptic integrals and Jacobi's elliptic functions of real arguments, by +, -, *, / and roots in a fixed order.
+"""Elliptic integrals, Jacobi's elliptic functions and hyperbolic functions, for the torque-free rotation of a body.
 
+All functions except `jacobi` use only +, -, *, / and roots in a fixed order, so both engines get the same bits.
 The parameter m is the square of the modulus; m1 = 1 - m is a separate argument where m may be close to 1.
 Sources: Carlson 1995 (Numer. Algorithms 10:13) for R_F; the arithmetic-geometric mean: DLMF 19.8 and 22.20.
 """
@@ -13,7 +14,10 @@ SPREAD = 6e-3
 """Relative distance of Carlson's arguments from their mean (-) below which the series of R_F is exact to rounding."""
 
 EQUAL = 1e-9
-"""Relative difference of two numbers (-), or half of it, below which their next mean is exact to rounding."""
+"""Relative difference of two numbers (-), below which their means in the next step are equal to rounding.
+
+In `jacobi`, half of the difference is compared with this value.
+"""
 
 MOST_MEANS = 12
 """Largest number of steps of the arithmetic-geometric mean; seven are enough down to m1 = 1e-32."""

@@ -3,8 +3,7 @@
 An elastic impact has (1 + e) times the impulses of the inelastic impact (`inelastic.py`), with one coefficient of
 restitution e for all contacts. So no impact with 0 <= e <= 1 gains energy, for any number of contacts, any friction and
 any rolling resistance (Moreau 1988; the proof is in docs/explanation/bodies.md). If the sweeps of the solver do not
-converge, the contacts are solved one by one, the contact that approaches fastest first; each single impact loses
-energy.
+converge, the contacts are solved one by one, the contact that approaches fastest first; no single impact gains energy.
 """
 
 import math
@@ -23,7 +22,7 @@ EXACT = 1e-11
 GAIN = 1e-12
 """Relative gain of energy (-) above which the contacts are solved one by one; rounding alone gains less."""
 UNSOLVED = 2.0
-"""Approach speed of a contact relative to its goal velocity, over the change at which sweeps end (-).
+"""Approach speed of a contact relative to its goal velocity, over the velocity change at which sweeps end (-).
 
 Above this ratio the contacts are solved one by one.
 """
@@ -73,11 +72,13 @@ def _fastest_to_goal(rows: Any, count: int, velocity: Velocity) -> tuple[float, 
 
 @routine
 def sustained(points: Any, rows: Any, count: int, moments: Vec, velocity: Velocity, within: float) -> Velocity:
-    """Return a body's velocity in sustained contact: no contact approaches the ground relative to its goal velocity.
+    """Return the velocity of a body in sustained contact, after impulses that stop the approach of all its contacts.
 
-    The velocity is the result of `inelastic`; the parameters are as in `inelastic`. If the sweeps do not converge,
-    the contacts that still approach are then solved one by one. If the sweeps diverge, as they can for a body that
-    friction wedges, their result is not used: the contacts are solved one by one from the start.
+    The approach of a contact is measured relative to its goal velocity. The velocity is the result of `inelastic`; the
+    parameters are as in `inelastic`. If the sweeps do not converge, the contacts that still approach are then solved
+    one by one. If the sweeps diverge, as they can for a body that friction wedges, their result is not used: the
+    contacts are solved one by one from the start. The impulses in `points` are those of the sweeps, or 0 if the sweeps
+    diverged; they do not include the impulses of contacts solved one by one.
 
     The largest allowed speed is the speed of the given `velocity`, plus GAINED times the largest goal velocity of a
     contact. Sweeps whose result is faster count as diverging; a faster result of the single contacts is scaled down.
@@ -122,7 +123,8 @@ def _largest_goal(rows: Any, count: int) -> float:
 def one_by_one(points: Any, rows: Any, count: int, moments: Vec, velocity: Velocity, left: float) -> Velocity:
     """Return the velocity of a body after inelastic impacts at single contacts, until no contact approaches.
 
-    The contact that approaches fastest is solved first. At most SINGLE impacts are solved.
+    The contact that approaches fastest is solved first. At most SINGLE impacts are solved, so contacts may still
+    approach. The rows of the solver are overwritten; the impulses in `points` stay unchanged.
 
     left : approach speed (m/s), relative to the contacts' goal velocities, that counts as no approach
     points, rows, count, moments, velocity : as in `inelastic`
@@ -143,11 +145,12 @@ def one_by_one(points: Any, rows: Any, count: int, moments: Vec, velocity: Veloc
 def impact(points: Any, rows: Any, count: int, moments: Vec, velocity: Velocity, slow: float) -> Velocity:
     """Return the velocity of a body after an impact at all its contacts at once; the body never gains energy.
 
-    All contacts have the restitution of the contact that approaches fastest.
+    All contacts have the restitution of the contact that approaches fastest. If contacts still approach after this
+    impact, inelastic impacts follow. If no contact approaches at first, the velocity is returned unchanged.
 
     velocity : of the body before the impact
-    points, rows, count, moments : as in `inelastic`; do not use the impulses in `points` afterwards, because they are
-        not the impulses of the whole impact, but of the last call of `inelastic`
+    points, rows, count, moments : as in `inelastic`; the goal velocities in `points` are set to 0. Do not use the
+        impulses in `points` afterwards: they are not those of the whole impact, but of the last call of `inelastic`
     slow : approach speed (m/s) below which an impact is inelastic, so that a body can stop
     """
     speed = norm(velocity.v) + norm(velocity.w) * size_of(moments)

@@ -32,10 +32,10 @@ from rpf3d_core.vectors import add, dot, norm, scale, subtract
 SWEEPS = 200
 """Largest number of sweeps over all contacts; about ten are usual."""
 UNDAMPED, HALVED = 100, 150
-"""Number of sweeps that make each change in full, and number after which less than half of each change is made.
+"""Number of sweeps that make all changes in full, and of sweeps after which only a fifth of each change is made.
 
-Full changes may repeat in a cycle: a rolling moment lifts a contact off the ground, then no normal force remains that
-would allow the moment, and the contact returns.
+The sweeps in between make half of each change. Full changes may repeat in a cycle: a rolling moment lifts a contact off
+the ground, then no normal force remains that would allow the moment, and the contact returns.
 """
 SETTLED, ALIGNED = 0.5, 0.9
 """Least ratio of the changes in two successive sweeps, and least cosine between them (-), for a leap (`_leapt`)."""
@@ -234,10 +234,10 @@ def _share(sweep: int) -> float:
 def _resisted(
     moment: Vec, velocity: Velocity, moments: Vec, limit: float, size: float
 ) -> tuple[Vec, Velocity, float]:  # fmt: skip
-    """Return the rolling moment of an impact for a new limit, the body's velocity with this moment, and a change (m/s).
+    """Return the rolling moment of an impact for a new limit, the body's velocity with this moment, and their change.
 
-    A rolling moment is the angular impulse (3,) of rolling resistance per unit of mass. The change is the change of the
-    spin times `size`; a small change shows that the sweeps have converged.
+    A rolling moment is the angular impulse (3,) of rolling resistance per unit of mass. The change (m/s) is the change
+    of the spin times `size`; a small change shows that the sweeps have converged.
 
     moment : previous rolling moment (m2/s); limit : largest length of the new moment (m2/s)
     size : length of the order of the body's size (m)

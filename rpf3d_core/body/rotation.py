@@ -1,11 +1,13 @@
 """Torque-free rotation of a rigid body in closed form: the orientation and the spin after any time, without a step.
 
-The spin follows Jacobi's elliptic functions. The orientation is a nutation, which the spin determines, and a
-precession about the angular momentum L: a constant rate and the phase of a theta function (van Zon & Schofield 2007,
-JCP 225:145). The phase is used as a complex number, so that no angle has to be unwrapped.
+The spin follows Jacobi's elliptic functions sn, cn and dn. The orientation consists of a nutation, which the spin
+determines, and a precession about the angular momentum L. The angle of the precession is the sum of a constant rate
+times the time and the phase of a theta function (van Zon & Schofield 2007, JCP 225:145). The phase is used as a complex
+number, so that no angle has to be unwrapped.
 
 The axes of the body are relabelled, so that one set of formulas serves all motions: at time 0 the first component of
-the spin is A1 cn >= 0, the second A2 sn, and the third A3 dn > 0. The third component never changes its sign.
+the spin is A1 cn >= 0, the second A2 sn, and the third A3 dn > 0, with constant amplitudes A1, A2 and A3. The third
+component never changes its sign.
 """
 
 import math
@@ -38,7 +40,7 @@ LEAST_CHANGE = 1e-120
 """Rate of change of the spin, as a share (-) of the square of the spin, below which the spin counts as constant."""
 
 CANCELLED = 0.02
-"""Difference of two terms, as a share (-) of their sum, up to which it is computed with twice the digits."""
+"""Difference of two terms, as a share (-) of their sum, below which the difference needs twice the digits."""
 
 FARTHEST = 40.0
 """Argument (-) of hyperbolic functions beyond which the spin has reached the middle axis to rounding."""
@@ -79,7 +81,8 @@ class Turning(NamedTuple):
         moments times rad/s
     fastest : rad/s, a spin that the motion never exceeds
     axes, cycle : the relabelled axes and the cycle of the spin
-    start : constant quaternion; start times the turn of a later time is the orientation of the body at that time
+    start : constant quaternion; the orientation at a later time is `start` times the turn of that time (`placed`) times
+        `axes.turn`
     """
 
     moments: Vec
@@ -240,9 +243,10 @@ def labelled_back(axes: Axes, w: Vec) -> Vec:
 
 @routine
 def cycle_of(axes: Axes, w: Vec, excess: float, energy: float, L: float) -> Cycle:
-    """Return the cycle of a motion from its spin w along the relabelled axes.
+    """Return the cycle of a torque-free motion: its spin as theta series, and its precession.
 
-    excess : |L^2 - 2 T I2| (`beyond_separatrix`); energy : 2 T, twice the rotational energy; L : angular momentum
+    w : (3,) rad/s, spin at time 0 along the relabelled axes `axes`; excess : |L^2 - 2 T I2| (`beyond_separatrix`)
+    energy : 2 T, twice the rotational energy; L : length of the angular momentum
 
     All sums have terms >= 0, so that no digits are lost for nearly equal moments; m1 is as exact as `excess`.
     """

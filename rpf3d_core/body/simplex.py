@@ -121,7 +121,7 @@ def in_solid(a: Vertex, old: Simplex, apart: bool) -> Simplex:
     If the origin lies inside the tetrahedron, the result has size 4. Otherwise the result is a corner, an edge or a
     triangle, but not the triangle `old` itself, which cannot be nearest.
 
-    a : the new vertex; old : the present simplex, of three vertices
+    a : the new vertex; old : the current simplex, of three vertices
     apart : true if body and facet are known to be apart, so that the origin cannot lie inside the tetrahedron
     """
     b, c, d = old.a, old.b, old.c

@@ -1,8 +1,13 @@
-"""Theta series of a nome of at most 0.0433, where four terms are exact to rounding.
+"""Jacobi's theta functions as series of four terms, for the torque-free rotation of a rigid body (`rotation.py`).
 
-Two series cover all parameters m from 0 to 1. For m <= 1/2, the series has circular functions and the nome of m. For
-m > 1/2, the series has hyperbolic functions and the nome of m1 = 1 - m (Jacobi's imaginary transformation); for m = 1,
-this nome is 0. Source: DLMF 20.2, 20.7.
+The spin of the body and the phase of its precession are ratios and phases of theta functions. A theta function is a sum
+of sines or cosines of multiples of its argument, weighted by powers of a small number q, the nome. The nome follows
+from the parameter m (0 to 1) of the motion, which is the squared modulus of Jacobi's elliptic functions sn, cn and dn.
+m is small if the spin stays near the third axis. m is 1 on the separatrix, where the motion never repeats.
+
+Two series cover all m. For m <= 1/2, the series has circular functions and the nome of m. For m > 1/2, the series has
+hyperbolic functions and the nome of m1 = 1 - m (Jacobi's imaginary transformation); for m = 1, this nome is 0. The nome
+is therefore at most 0.0433, and four terms are exact to rounding. Source: DLMF 20.2, 20.7.
 """
 
 import math
@@ -16,10 +21,10 @@ Four = tuple[float, float, float, float]
 
 
 class Nome(NamedTuple):
-    """Powers of the nome q, the small number in whose powers the theta series of a free rotation are written.
+    """Powers of the nome q, a small number: the weights of the terms of the theta series of a free rotation.
 
-    q = exp(-pi K(1 - m) / K(m)), with the complete elliptic integral K of the parameter m (0 to 1), the squared
-    modulus.
+    q = exp(-pi K(1 - m) / K(m)). K is the complete elliptic integral of the first kind, and m (0 to 1) its parameter,
+    the squared modulus.
 
     odd : (q^2, q^6, q^12), for the theta functions 1 and 2; even : 2 (q, q^4, q^9), for the theta functions 3 and 4
     """
@@ -41,7 +46,7 @@ class Waves(NamedTuple):
 
 @kernel
 def nome_of(m: float, m1: float) -> float:
-    """Return the nome of a parameter m <= 1/2 with m1 = 1 - m."""
+    """Return the nome q of the parameter m, for 0 <= m <= 1/2; m1 : 1 - m."""
     k1 = math.sqrt(m1)
     root = 1.0 + math.sqrt(k1)
     a = 0.5 * m / ((1.0 + k1) * root * root)
@@ -51,7 +56,7 @@ def nome_of(m: float, m1: float) -> float:
 
 @kernel
 def powers_of(q: float) -> Nome:
-    """Return the powers of a nome q that theta series need."""
+    """Return the powers of a nome q that are the weights of theta series."""
     q2 = q * q
     q4 = q2 * q2
     return Nome(odd=(q2, q2 * q4, q4 * q4 * q4), even=(2.0 * q, 2.0 * q4, 2.0 * q * q4 * q4))
@@ -116,9 +121,10 @@ def theta_4(even: Vec, q: Vec) -> float:
 
 
 class Phase(NamedTuple):
-    """The phase of theta 1 along a line in the complex plane, as weights of waves.
+    """The phase (angle in the complex plane) of theta 1 along a line of arguments, as weights of four waves.
 
-    first, second : weights of the four waves in the real part and in the imaginary part of theta 1
+    first, second : weights of the four waves in the real part and in the imaginary part of theta 1, up to a common
+        positive factor, which does not change the phase
     rate : minus the rate of change of the phase per unit of the argument, at the argument for which cn is 0
     """
 
@@ -129,7 +135,7 @@ class Phase(NamedTuple):
 
 @kernel
 def circular_phase(q: float, b: float) -> Phase:
-    """Return the phase of theta_1(v + i b | q) along real v, for b >= 0, scaled by exp(-b).
+    """Return the phase of theta_1(v + i b | q) along real v, for b >= 0; the weights are scaled by about exp(-b).
 
     `first` has the weights of sin(v), sin(3 v), ...; `second` has the weights of cos(v), cos(3 v), ...
     """
@@ -174,17 +180,19 @@ def combined(f: Four, g: Four) -> float:
 
 
 STEADY, CIRCULAR, HYPERBOLIC = 0, 1, 2
-"""Kinds of motion: constant spin; m <= 1/2, with series of circular functions; m > 1/2, of hyperbolic functions."""
+"""Kinds of motion: constant spin; m <= 1/2, series of circular functions; m > 1/2, series of hyperbolic functions."""
 
 ENDLESS = 1e300
-"""Half period of a motion on the separatrix, which never returns (-)."""
+"""Half period (in units of the argument) of a motion on the separatrix, which never repeats: stands for infinity."""
 
 
 class Cycle(NamedTuple):
     """The torque-free motion of a body: its periodic spin, as theta series of an argument, and its precession.
 
+    The argument of the series is `rate` t + `start` at time t (s).
+
     kind : STEADY, CIRCULAR or HYPERBOLIC; amplitudes : (3,) rad/s, of the spin's components
-    nome : powers of the nome of the series; the argument of the series is `rate` t + `start` (rate in 1/s)
+    nome : powers of the nome of the series; rate : 1/s; start : (-)
     half_period : half of the period of dn, in units of the argument; used for hyperbolic functions only
     precession : rad/s, mean rate; per_period : rad, additional angle of the precession in each period of dn
     phase, sense : the phase of theta 1 times `sense` (1 or -1) is also added to the precession
@@ -216,9 +224,12 @@ def still() -> Cycle:
 def circular_cycle(m: float, m1: float, A: Vec, arguments: Vec, motion: Vec) -> Cycle:
     """Return the cycle of a motion with m <= 1/2.
 
-    m, m1 : parameter and 1 - m; A : (3,) rad/s, amplitudes of the spin with Jacobi's functions
-    arguments : (u at time 0, eta, du/dt): argument of Jacobi's functions, shift of theta 1, rate of the argument
-    motion : (sense, 2 T, L): as in `Cycle`, twice the rotational energy, angular momentum
+    m, m1 : parameter of Jacobi's functions and 1 - m
+    A : (3,) rad/s, amplitudes of the spin: its components are A1 cn(u), A2 sn(u), A3 dn(u)
+    arguments : (u, eta, du/dt): argument u of Jacobi's functions at time 0, shift eta of the argument of theta 1 off
+        the real axis, in the unit of u, and rate of u (1/s)
+    motion : (sense, 2 T, L): `Cycle.sense`, twice the rotational energy, and the length of the angular momentum, both
+        in the units of the moments of inertia
     """
     u, eta, rate = arguments
     sense, energy, L = motion
@@ -237,7 +248,7 @@ def circular_cycle(m: float, m1: float, A: Vec, arguments: Vec, motion: Vec) -> 
 
 @kernel
 def hyperbolic_cycle(m: float, m1: float, A: Vec, arguments: Vec, motion: Vec) -> Cycle:
-    """Return the cycle of a motion with m > 1/2; m1 = 1 - m may be 0. Parameters as in `circular_cycle`."""
+    """Return the cycle of a motion with m > 1/2; parameters as in `circular_cycle`. m1 = 1 - m may be 0."""
     u, eta, rate = arguments
     sense, energy, L = motion
     q = nome_of(m1, 1.0 - m1)

@@ -33,7 +33,7 @@ COARSER = 1.4
 BAND = 64
 """Width, in buckets, of the widest cells with a slab (`slabs.py`); bands of rows begin at multiples of this width."""
 MARGIN = 0.1
-"""Distance by which the grid extends beyond the box of most facets, over the width of that box (-)."""
+"""Distance by which the grid extends beyond the box of most facets, divided by the width of that box (-)."""
 
 
 class Grid(NamedTuple):
@@ -57,6 +57,8 @@ class CellRectangle(NamedTuple):
 
 class Buckets(NamedTuple):
     """For each cell of a grid, the facets that a search must test there: for cell k, ids[starts[k] : starts[k + 1]].
+
+    Cell k is in column i and row j of the grid, with k = j nx + i. The buckets have E entries in total.
 
     starts : (nx ny + 1,); ids : (E,) numbers of facets, in ascending order within a bucket until a patch is applied
     boxes : (E,) uint32, the box in plan of each facet within the cell (`plan_boxes.packed_box`)

@@ -78,9 +78,10 @@ def first_contact_in_buckets(
 ) -> Contact:
     """Return the earliest contact of an arc, from a search of the cells under the arc, one cell after another.
 
-    The search ends when the earliest contact found so far lies in a cell that has been searched.
+    The search ends when the earliest contact found so far lies in a cell that has been searched, or when all cells
+    under the arc up to the time `end` have been searched.
 
-    left : the contact from which the rock starts; end : s, later contacts are not searched
+    left : the contact from which the rock starts; end : s, later contacts need not be found
 
     The facet that the rock has just left is tested first: if the rock falls back onto this facet, the search is short.
     """

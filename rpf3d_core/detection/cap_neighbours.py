@@ -1,4 +1,7 @@
-"""Find the neighbours of each cap: a path in plan over the caps leads from neighbour to neighbour as far as the gap."""
+"""Find the neighbours of each cap, so that a straight path in plan can be followed over the caps to the gap's border.
+
+A cap is a triangle that closes a gap of the terrain, or a part of a gap.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +13,9 @@ NO_CAP = -1
 
 
 def neighbours_of(corners: FloatArray) -> NDArray[np.int32]:
-    """Return the number (3 T,) of the cap beyond each side of each cap, or NO_CAP; side k begins at corner k.
+    """Return the number (3 T,) of the cap beyond each side of each of T caps, or NO_CAP; side k begins at corner k.
+
+    The number for side k of cap f is element 3 f + k.
 
     Two caps are neighbours if they have a side in common, in opposite directions. Two gaps that touch in a single
     vertex therefore have no neighbours in each other.

@@ -1,7 +1,8 @@
 """Detect rocks that fall through a gap of the terrain; triangles called caps close each gap (`terrain/gaps.py`).
 
-Caps are separate facets with their own locator, so the search for contacts with the ground ignores them. An engine for
-a terrain without gaps has None in place of caps, and compiles nothing of this file.
+Caps are separate facets with their own locator, so the search for contacts with the ground ignores them. In a run, the
+engine for a terrain without gaps has None in place of caps, and compiles nothing of this file. The live simulator
+always uses caps: a terrain without gaps has dummy caps, which no rock can touch.
 """
 
 import math
@@ -28,7 +29,7 @@ So the ground still carries a rock at the edge of a hole.
 
 
 class CapLayout(NamedTuple):
-    """How the caps of a terrain lie: which of them close the same gap.
+    """How the T caps of a terrain lie: which of them close the same gap.
 
     neighbours : (3 T,) number of the cap beyond each side of each cap, or NO_CAP (`cap_neighbours.py`)
     ring : (T,) number of the hole in a steep slope that each cap closes; each cap of an outer wall has a number of its
@@ -74,7 +75,7 @@ NO_LOSS = Loss(math.inf, -1)
 
 @model_function
 def is_on_free_side(contact: object) -> bool:
-    """Return True if a contact is with the free side of the ground: the rock then cannot have fallen through a gap."""
+    """Return True if a contact is known to be with the free side of the ground, the side that faces the air."""
 
 
 @is_on_free_side.otherwise
@@ -91,7 +92,7 @@ def is_on_free_side_of_facet(contact: Contact) -> bool:
 
 @model_function
 def loss_on(caps: object, arc: Arc, contact: Any, end: float) -> Loss:
-    """Return the first fall of an arc through a gap of the terrain, up to the time `end` (s); NO_LOSS if there is none.
+    """Return the first fall of a rock on an arc through a gap, up to the time `end` (s); NO_LOSS if there is none.
 
     One rule is for terrains with caps, another rule for terrains without caps.
 
@@ -117,7 +118,7 @@ def no_loss(caps: object, arc: Arc, contact: Any, end: float) -> Loss:
 
 @loss_on.rule(CapLocator)
 def loss_through_cap(caps: CapLocator, arc: Arc, contact: Any, end: float) -> Loss:
-    """Return the first fall of an arc through a cap of a terrain with gaps; NO_LOSS if the rock falls through no gap.
+    """Return the first fall of a rock on an arc through a cap; NO_LOSS if the rock falls through no gap.
 
     contact : the first contact with the ground, which may take precedence; end : s, later passages do not count
 
@@ -179,11 +180,11 @@ def _only_at_rim(caps: CapLocator, f: int, arc: Arc, t: float) -> bool:
 
 @kernel
 def passes_below_ground(caps: CapLocator, f: int, g: int, p: Vec, q: Vec) -> bool:
-    """Return True if a rock that falls through cap f at p, and is above the ground again at q, passes below the ground.
+    """Return True if a rock passes below the ground between p, where it falls through cap f, and q, above the ground.
 
     In plan the path of a rock is straight. So the rock has stayed in the air of a gap if the straight way in plan leads
     over caps only, from neighbour to neighbour. For a hole in a steep slope, which has hardly any area in plan, it is
-    enough that both caps close the same hole.
+    enough that both caps close the same hole, or that the rock lands without coming back through a cap.
 
     If the way leaves the gap in the first ON_GROUND tolerances, the rock has not been in this gap. It was only on the
     rim, for example at a vertex that two gaps have in common.
@@ -225,9 +226,9 @@ def _way_over_gap(caps: CapLocator, f: int, g: int, p: Vec, q: Vec) -> float:
 def _side_left(facets: Facets, f: int, p: Vec, q: Vec) -> tuple[int, float]:
     """Return the side (0, 1, 2) over which a straight way in plan from p to q leaves facet f; -1 if it ends in facet f.
 
-    Also return the share (0 to 1) of the way up to this side.
+    Also return the share (0 to 1) of the way up to this side; inf if the way ends in facet f.
 
-    p, q : (3,) m
+    p, q : (3,) m, p in facet f in plan
     """
     side, least = -1, math.inf
     for k in range(3):

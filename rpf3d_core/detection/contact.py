@@ -57,9 +57,11 @@ LINE_OF_SIGHT = PreviousContact(facet=NO_ROCK, other=-1, side=1.0, resting=False
 
 @model_function
 def first_contact(locator: object, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Contact:
-    """Return the earliest contact of an arc with the terrain before `end` (s), or NO_CONTACT; one rule per locator.
+    """Return the earliest contact of an arc with the terrain up to the time `end` (s); one rule per locator.
 
-    A locator selects the facets to test, and their order. All locators with an exact search give equal results.
+    Without such a contact, the result is NO_CONTACT (NO_TOUCH for a sphere), or a contact later than `end`: the caller
+    must compare its time with `end`. A locator selects the facets to test, and their order. All locators with an exact
+    search give equal contacts up to `end`.
 
     left : the contact from which the rock starts
     """

@@ -1,5 +1,6 @@
-"""Check whether a rock that would leave the terrain has fallen through the ground by rounding errors.
+"""Check whether a rock has fallen through the ground by rounding errors.
 
+The check concerns rocks that would leave the terrain, or would meet a different side of the ground than before.
 Contacts are exact except for rounding, and no list of the effects of rounding is complete. If a rock lies under the
 ground although the search found no contact, the rock has fallen through the ground. The rock then does not count as a
 rock that left the terrain. Its flight ends at the last place where the rock was known to be on the ground, with the
@@ -30,7 +31,7 @@ FURTHER = 256.0
 HALVES = 40
 """Number of times that the check halves an interval of time, to find when a rock passed below the ground."""
 WIDTH = 1.0 / 16.0
-"""Distance from a tested place to the vertical lines around it, over the path of the rock to the place (-)."""
+"""Distance from a tested place to the vertical lines around it, divided by the path of the rock to the place (-)."""
 COLUMNS = ((0.0, 0.0), (1.0, 0.4), (-0.4, 1.0), (-1.0, -0.4), (0.4, -1.0))
 """Offsets in plan of the vertical lines of sight, in units of the distance that WIDTH defines (-).
 
@@ -38,7 +39,7 @@ One line is at the tested place, four lines are around it, because a rock straig
 facet.
 """
 STEEPEST = 1000.0
-"""Largest height of a facet's underside above a rock, over the rock's path (-), for a rock that fell through the facet.
+"""Largest height of a facet's underside above a rock that fell through the facet, divided by the rock's path (-).
 
 A facet that is higher above the rock is not the ground that the rock left.
 """

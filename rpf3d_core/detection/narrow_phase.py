@@ -12,9 +12,9 @@ Fixed rules, and not rounding errors, decide all special cases (docs/explanation
   The back excludes this band, so a rock that just touches a crest never counts as a rock from inside the ground.
 - A glancing arc may reach the plane of a facet just outside the facet. The arc then meets the facet where it crosses
   the facet's edge (`_entry_time`).
-- If a rock would leave the terrain, or would meet the back of the ground, the search runs again with slightly wider
-  facets (`contact_or_crack`). In this search a facet also counts as the ground under a rock that moves along its edge,
-  just outside the facet.
+- If a rock would meet no facet, or would meet a different side of the ground than before, the search runs again with
+  slightly wider facets (`contact_or_crack`). In this search a facet also counts as the ground under a rock that moves
+  along its edge, just outside the facet.
 """
 
 import math

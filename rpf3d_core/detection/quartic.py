@@ -12,7 +12,7 @@ from typing import NamedTuple
 from rpf3d_core.jit.dispatch import kernel
 
 ROOT_STEPS = 120
-"""Largest number of steps of the search for one root; about ten are usual, and bisection alone takes 64."""
+"""Largest number of steps of the search for one root; about ten are usual, and bisection alone takes about 64."""
 
 
 class Quartic(NamedTuple):

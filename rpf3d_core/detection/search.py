@@ -1,8 +1,8 @@
 """Find the next contact of a rock: search, search again with wider facets, and check for a fall through the ground.
 
-A locator finds the first contact of an arc (`contact.py`). This module decides whether this contact is final. If the
-rock would leave the terrain or meet the back of the ground, the search runs again with facets that are wider by a
-crack. If the rock may have fallen through the ground, lines of sight decide (`fallen.py`).
+A locator finds the first contact of an arc (`contact.py`). This module decides whether this contact is final. If there
+is no contact, or if the rock meets a different side of the ground than at its last contact, the search runs again with
+facets that are wider by a crack. If the rock may have fallen through the ground, lines of sight decide (`fallen.py`).
 """
 
 import math
@@ -28,7 +28,7 @@ FALLEN = -2
 def comes_behind(contact: object, left: PreviousContact) -> bool:
     """Return True if a rock meets a different side of the ground than at its last contact: it may have fallen through.
 
-    left : the last contact
+    contact : the contact that a search has found; left : the last contact
     """
 
 
@@ -42,8 +42,8 @@ def not_known_to(contact: object, left: PreviousContact) -> bool:
 def meets_the_other_side(contact: Contact, left: PreviousContact) -> bool:
     """Return True if a rock meets a different side of the ground than at its last contact.
 
-    On ground without holes, such a rock has fallen through the ground. A rock that bounces to and fro between two
-    sheets of ground has not fallen through.
+    On ground without holes, such a rock has fallen through the ground. The result is False in two cases: for a line of
+    sight, and for a rock that bounces to and fro between two sheets of ground.
 
     left : the last contact
     """
@@ -55,7 +55,7 @@ def meets_the_other_side(contact: Contact, left: PreviousContact) -> bool:
 def notices_falls(locator: object) -> bool:
     """Return True if a search with this locator also checks whether a rock has fallen through the ground.
 
-    The check concerns rocks that leave the terrain or meet the back of the ground.
+    The check concerns rocks that leave the terrain, or meet a different side of the ground than at their last contact.
     """
 
 
@@ -63,16 +63,17 @@ def notices_falls(locator: object) -> bool:
 def takes_them_as_they_are(locator: object) -> bool:
     """Return False: with this locator, a search does not check whether a rock has fallen through the ground.
 
-    Methods with fixed time steps exist to show such falls; spheres have a test of their own.
+    Methods with fixed time steps exist to show such falls. Spheres are not checked, because their contacts do not store
+    the side of the ground.
     """
     return False
 
 
 @model_function
 def sight(contact: object) -> tuple[float, float]:
-    """Return which share (0 to 1) of a line of sight lies before the facet that it meets, and the side of this facet.
+    """Return where a line of sight meets a facet, as a share (0 to 1) of the line's length, and the side of the facet.
 
-    A line of sight leads straight up or down, from a place on the rock's path to beyond the terrain. The check whether
+    A line of sight leads straight up or down, from a place at the rock's path to beyond the terrain. The check whether
     a rock has fallen through the ground (`fallen.py`) needs share and side. The share is inf if the line meets no
     facet. The side is +1.0 for the free side and -1.0 for the back.
 
@@ -91,7 +92,7 @@ def sees_nothing(contact: object) -> tuple[float, float]:
 
 @sight.rule(Contact)
 def seen(contact: Contact) -> tuple[float, float]:
-    """Return which share (0 to 1) of a line of sight lies before its contact with a facet, and the side of the contact.
+    """Return the contact of a line of sight, as a share (0 to 1) of the line's length, and the side of the facet.
 
     The share is the time of the contact, because an arc along a line of sight takes one second; inf for no contact.
     """
@@ -143,15 +144,18 @@ def contact_or_crack(
 
     A gap wider than the tolerance may still be a crack and not a hole, such as the thin gap at a T-junction, where a
     vertex lies on an edge except for rounding. A rock may also have drifted by a few tolerances while it moved from
-    facet to facet. The second search runs only for rocks that would leave the terrain or meet the back of the ground,
-    so all other rocks meet the facets at their true size. In the second search the edge band of a facet is CRACK
-    tolerances wide.
+    facet to facet. The second search runs only if the first search finds no contact, or a contact on a different side
+    of the ground than the last contact (`comes_behind`), so all other rocks meet the facets at their true size. In the
+    second search the edge band of a facet is CRACK tolerances wide.
 
-    If the rock would leave the terrain or meet the back of the ground in the second search too, a check decides whether
-    the rock has fallen through the ground (`fallen.py`). If it has fallen, the result reports the fall (`fall_of`). For
-    a rock that was sliding, one more search runs before the fall is reported. In this last search, a facet at the
-    rock's position counts as met if the rock moves into the facet. The fall is reported only if the last search finds
-    no contact on the side of the ground where the rock was. A line of sight cannot fall, so it is not checked.
+    If the rock would leave the terrain, or meet a different side of the ground, in the second search too, a check
+    decides whether the rock has fallen through the ground (`fallen.py`). If it has fallen, the result reports the fall
+    (`fall_of`). For a rock that was sliding, one more search runs before the fall is reported. In this last search, a
+    facet at the rock's position counts as met if the rock moves into the facet. The fall is reported only if the last
+    search finds no contact on the side of the ground where the rock was. Three cases are not checked: a line of sight,
+    a flight segment that ends in mid-air without a contact, and a locator without checks (`notices_falls`).
+
+    Without a contact up to the earlier of `end` and `longest`, the result is as in `first_contact`.
 
     left : the contact from which the rock starts
     end : s, when the arc leaves the box around the terrain; longest : s, when the flight segment ends in mid-air

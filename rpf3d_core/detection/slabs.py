@@ -29,7 +29,7 @@ LEVELS = 4
 
 
 class Slabs(NamedTuple):
-    """The slabs of all cells of a grid, for all cell sizes (levels).
+    """The slabs of all C cells of a grid, for all cell sizes (levels).
 
     planes : (4 C,) for each cell n_x, n_y, n_z (-) and h (m, -inf for a cell without facets); cells row by row, one
         level after another
@@ -41,7 +41,7 @@ class Slabs(NamedTuple):
 
 
 class SlabTable(NamedTuple):
-    """The slabs as rows of a table, while they are computed.
+    """The slabs of all C cells of a grid as rows of a table, while they are computed.
 
     planes : (C, 4), for each cell n_x, n_y, n_z (-) and h (m); first : (LEVELS,) number of the first cell of each level
     columns : number of columns of buckets

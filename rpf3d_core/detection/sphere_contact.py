@@ -58,6 +58,8 @@ class Course(NamedTuple):
 class Touch(NamedTuple):
     """The contact of a sphere with a facet after t seconds (inf: none), with the speed `approach` (m/s) into the facet.
 
+    In the result of a search (`touching.py`), t may also be a distance, or the component of a vector.
+
     facet : number of the facet, -1 for none
     n : (3,) unit, from the point of contact to the centre; along : (3,) unit, along the touched edge, else zero
     face : True if the sphere touches the interior of the facet, False for an edge or a corner

@@ -57,7 +57,8 @@ def probe_of(grid: Grid, i: int, j: int, p: Vec, q: Vec) -> int:
 def out_of_reach(facets: Facets, f: int, stretch: Stretch) -> bool:
     """Return True if a stretch of an arc cannot touch facet f, so that the exact contact test is not needed.
 
-    Either facet f lies outside the stretch in plan, or the stretch stays on one side of the plane of facet f.
+    Either facet f lies on one side of the stretch's line in plan, or the stretch stays on one side of the plane of
+    facet f. The slack is REACH tolerances.
     """
     slack = REACH * facets.tolerance
     return _beside(facets, f, stretch, slack) or _on_one_side(facets, f, stretch, slack)
@@ -79,7 +80,12 @@ def _beside(facets: Facets, f: int, stretch: Stretch, slack: float) -> bool:
 
 @kernel
 def left_of(v: Vec, p: Vec, corner: Vec) -> float:
-    """Return how far a corner lies to the left of the line through p along v, times the speed, both in plan (m^2/s)."""
+    """Return the distance of a corner to the left of a line in plan, times the speed along the line (m^2/s).
+
+    The result is below 0 for a corner to the right of the line. All vectors are used in plan only.
+
+    p, v : (3,) m and m/s, a point of the line and the velocity along the line; corner : (3,) m
+    """
     return v[0] * (corner[1] - p[1]) - v[1] * (corner[0] - p[0])
 
 

@@ -19,7 +19,10 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import norm
 
 WIDEST = 2.0
-"""Largest length of a stretch of flight, over the cell width (-), for which the slabs of these cells are tested."""
+"""Largest length of a stretch of flight, divided by the width of cells (-), for which slabs of these cells are used.
+
+A longer stretch is compared with the slabs of wider cells.
+"""
 
 
 class SweptStretch(NamedTuple):
@@ -56,7 +59,9 @@ def swept_locator(locator: Swept) -> Any:
 
 @model_function
 def swept_contact(locator: object, facets: Facets, course: Course, end: float) -> Touch:
-    """Return the first contact of a sphere in free flight before `end` (s); one rule per locator.
+    """Return the first contact of a sphere in free flight up to the time `end` (s); one rule per locator.
+
+    Without such a contact, the result is NO_TOUCH, or a contact later than `end`.
 
     course : motion of the sphere's centre
     """
@@ -64,7 +69,7 @@ def swept_contact(locator: object, facets: Facets, course: Course, end: float) -
 
 @first_contact.rule(Swept)
 def first_touch(locator: Swept, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Touch:
-    """Return the first contact of a flying sphere before `end` (s).
+    """Return the first contact of a flying sphere up to the time `end` (s), as `swept_contact` does.
 
     left : not used, because the contact search for spheres needs no previous contact (`sphere_contact`)
     """
@@ -109,7 +114,7 @@ def swept_over_buckets(locator: BucketLocator, facets: Facets, course: Course, e
 
     While the sphere stays above all slabs, the stretches double in length.
 
-    course : motion of the sphere's centre; end : s, later contacts are not searched
+    course : motion of the sphere's centre; end : s, finite, later contacts need not be found
     """
     base = max(locator.cell, course.radius)
     best, begin, length, slack = NO_TOUCH, 0.0, base, REACH * facets.tolerance

@@ -2,18 +2,21 @@
 
 A terrain may consist of several pieces that pass through each other, such as a slope and a muck pile in a separate
 file. Facets that share vertices belong to one piece. A flight meets the facets of all pieces. The search of this file
-looks for facets of other pieces along the straight line between both ends of a ground segment. An engine for a terrain
-whose pieces cannot pass through each other has None in place of pieces, and compiles nothing of this file.
+looks for facets of other pieces along the straight line between both ends of a ground segment. In a run, the engine for
+a terrain whose pieces cannot pass through each other has None in place of pieces, and compiles nothing of this file. In
+the live simulator, such an engine has `TerrainPieces` with `overlap` False.
 
-A facet counts only if the line passes through the facet from its free side to its back. At the end of the line, the
-rock must be behind the facet by more than rounding. Otherwise the search along the next ground segment may find the
-facet. A facet at the start of the line counts only if the rock then stays over the facet (`_leads_over`).
+For a rock on the free side of the ground, a facet counts only if the line passes through the facet from its free side
+to its back; for a rock on the back of the ground, only in the reverse direction. At the end of the line, the rock must
+be behind the facet by more than rounding. Otherwise the search along the next ground segment may find the facet. A
+facet at the start of the line counts only if the rock then stays over the facet (`_leads_over`).
 
 Pieces that only touch, such as tiles of one surface, must not stop a rock, although they may overlap by a crack. So at
 the rim of a piece, `ALONGSIDE` cracks wide, a facet counts only if two conditions hold: the rock gets deeper than a
 crack, and stays over the facet for a longer path than the rim is wide.
 
-A rock that reaches a facet from behind passes through the facet: such a rock is below the other piece and comes out.
+A rock that reaches a facet from the other side passes through the facet: such a rock is below the other piece, and
+comes out.
 """
 
 from typing import Any, NamedTuple
@@ -40,7 +43,7 @@ from rpf3d_core.vectors import dot, norm, subtract
 
 
 class PieceNumbers(NamedTuple):
-    """The pieces of a terrain, that is, groups of facets that share vertices.
+    """The pieces of a terrain of F facets, that is, groups of facets that share vertices.
 
     number : (F,) number of the piece that each facet belongs to
     rims : (F,) for each facet, bit k is set if edge k is at the rim of its piece, where no other facet follows
@@ -68,8 +71,8 @@ class TerrainPieces(NamedTuple):
 class OnGround(NamedTuple):
     """The start of a slide or roll, for the search for facets of other pieces of the terrain.
 
-    It has the facets that carry the rock, and the piece of every facet. It is used in place of `PreviousContact`, which
-    the search along a flight uses.
+    The record has the facets that carry the rock, and the piece of every facet. `OnGround` replaces the
+    `PreviousContact` that the search along a flight uses.
 
     facet, other : the facet that carries the rock, and a second facet in a gully, else -1
     side : side of the ground on which the rock is, +1.0 for the free side, -1.0 for the back
@@ -91,7 +94,7 @@ def contact_on_way(pieces: object, facets: Facets, x: Vec, way: Vec, left: Previ
 
     `Contact.t` is the share of the path up to the facet (-), inf if there is no contact.
 
-    pieces : `TerrainPieces`, or None if no pieces overlap
+    pieces : `TerrainPieces`, or None if no search is needed
     x, way : start (3,) m, and vector (3,) m from the start to the end; left : the facets that carry the rock
     """
 

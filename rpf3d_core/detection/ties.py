@@ -1,6 +1,7 @@
 """Select one facet if a rock meets several facets at the same time.
 
-Speeds, normals and positions decide, so that the result does not depend on the order of the facets in the file.
+Speeds, normals and positions decide, so that the result does not depend on the order of the facets in the file. There
+is one exception: facets in one plane that a rock meets at right angles (`_lies_first`).
 """
 
 from rpf3d_core.arc import Arc, gravity_along, position, velocity
@@ -54,7 +55,10 @@ def _lies_first(facets: Facets, f: int, g: int, arc: Arc, t: float, n: Vec) -> b
 
 @kernel
 def _reach(facets: Facets, f: int, p: Vec, axis: Vec) -> Vec:
-    """Return the scalar products (3,) of an axis with the vectors from p to the corners of facet f, largest first."""
+    """Return the scalar products (3,) of an axis with the vectors from p to the corners of facet f, largest first.
+
+    p : (3,) m, a point; axis : (3,) of any length
+    """
     a, b, c = (dot(subtract(corner(facets, f, 0), p), axis), dot(subtract(corner(facets, f, 1), p), axis),
                dot(subtract(corner(facets, f, 2), p), axis))  # fmt: skip
     return max(a, b, c), max(min(a, b), min(max(a, b), c)), min(a, b, c)

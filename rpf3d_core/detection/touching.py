@@ -70,7 +70,7 @@ def scan(locator: object, facets: Facets, low: Vec, high: Vec, quest: object, be
     """Return the best result of a search among the facets in a box around a sphere; one rule per locator.
 
     low, high : (3,) m, corners of the box
-    quest : the search, such as `SphereSweep`, `Against` or `Nearest`
+    quest : the search, such as `SphereSweep`, `Against` or `Nearest`; best : the best result so far, NO_TOUCH for none
     """
 
 

@@ -19,11 +19,14 @@ from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import Facets
 
 FIRST_BOX = 2.0
-"""Length of the first box to search along an arc, in median facet sizes; each next box is twice as long."""
+"""Length of the first box to search along an arc, in median facet sizes.
+
+Each next box is twice as long, up to LONGEST_BOX where the box overlaps the terrain's box.
+"""
 CELLS_PER_BUCKET = 1
 """Facets per bucket of VTK's locator, which returns whole buckets: VTK's default of 10 returns four times as many."""
 LONGEST_BOX = 16.0
-"""Length of the longest box to search along an arc, in median facet sizes."""
+"""Length of the longest box that is searched along an arc, in median facet sizes."""
 MOST_SIZES = 1e5
 """Largest diagonal of a terrain in facet sizes: a limit to the number of boxes if facets are tiny."""
 SAMPLE = 100_000
@@ -33,7 +36,10 @@ SAMPLE = 100_000
 class VtkLocator:
     """The locator of the reference engine: VTK's locator over F facets, and a list for its results.
 
-    Only one thread may use it.
+    Only one thread may use a locator, because all searches write into the same list.
+
+    locator : VTK's locator; found : list that receives the facets of a search
+    size : usual size of a facet (m), the unit of the lengths of search boxes
     """
 
     def __init__(self, facets: Facets) -> None:
@@ -57,7 +63,10 @@ def _median_size(points: np.ndarray) -> float:
 
 
 def _triangle_cells(count: int) -> np.ndarray:
-    """Return the list of corners (4 count,) that VTK needs for `count` triangles that share no corners."""
+    """Return the cells (4 count,) that VTK needs for `count` triangles that share no corners.
+
+    Each cell is the number 3, followed by the numbers of the triangle's three corners.
+    """
     cells = np.empty((count, 4), dtype=np.int64)
     cells[:, 0] = 3
     cells[:, 1:] = np.arange(3 * count).reshape(-1, 3)
@@ -86,7 +95,7 @@ def first_contact_in_boxes(locator: VtkLocator, facets: Facets, arc: Arc, left: 
     A box outside the terrain's box contains no facet and is not searched. Such boxes become longer without a limit, so
     that a rock that starts far away needs few boxes. A long box that overlaps the terrain's box is halved.
 
-    left : the contact from which the rock starts; end : s, later contacts are not searched
+    left : the contact from which the rock starts; end : s, later contacts need not be found
     """
     best, begin, length = NO_CONTACT, 0.0, FIRST_BOX
     while True:

@@ -28,7 +28,7 @@ def scan_cells(locator: VtkLocator, facets: Facets, low: Vec, high: Vec, quest: 
 def swept_in_boxes(locator: VtkLocator, facets: Facets, course: Course, end: float) -> Touch:
     """Return the first contact of a flying sphere: search box after box until the best contact lies in these boxes.
 
-    course : motion of the sphere's centre; end : s, later contacts are not searched
+    course : motion of the sphere's centre; end : s, finite, later contacts need not be found
     """
     best: Touch = NO_TOUCH
     begin, length = 0.0, FIRST_BOX

@@ -123,9 +123,9 @@ def in_order(parts: Sequence[WrittenRecords]) -> WrittenRecords:
 
 
 def _sorted_rows(rows: IntArray) -> IntArray:
-    """Return distinct rows (N,) in ascending order, faster than by sorting.
+    """Return distinct rows (N,) >= 0 in ascending order, faster than by sorting.
 
-    Usually the rows of all rocks come together, and are 0 to N - 1.
+    Usually the rows are the numbers 0 to N - 1.
     """
     end = int(rows.max(initial=-1)) + 1
     if end == len(rows):

@@ -67,9 +67,9 @@ class Flight:
 Advance = Callable[[int], None]
 """Callback for the progress of a run: called with the number of rocks flown since the last call."""
 Progress = Callable[[int], Advance]
-"""Callback that starts the display of progress: called with the number of rocks, returns the callback for the flights.
+"""Callback that starts the display of progress: called with the number of rocks, returns the `Advance` for the flights.
 
-The callback is called after the compilation and before the first flight.
+A `Progress` is called after the compilation and before the first flight.
 """
 Watch = Callable[[Batch, Releases], FloatArray]
 """Callback that receives each flown batch and its releases, for example to count rocks for hazard maps.

@@ -33,6 +33,7 @@ class DrawnBody:
 
 def shape_numbers(body: DrawnBody, seed: int, source: ArrayLike, rocks: IntArray) -> IntArray:
     """Return the number (R,), from 0, of the shape of each rock, drawn at random with the weights of the shapes.
+
     source : number of the source, one for all rocks or one for each rock (R,); rocks : (R,) numbers of the rocks
     """
     if len(body.volumes) == 1:
@@ -45,6 +46,7 @@ def random_orientations(seed: int, source: ArrayLike, rocks: IntArray) -> FloatA
     """Return the orientations (R, 4) of rocks as unit quaternions w, x, y, z, all orientations equally likely.
 
     source, rocks : as in `shape_numbers`
+
     Source: Shoemake 1992, Graphics Gems III, "Uniform random rotations".
     """
     purposes = (Purpose.POSE, Purpose.POSE_TURN, Purpose.POSE_TILT)

@@ -22,7 +22,7 @@ BETWEEN_SOURCES = 0.6180339887498949
 EVEN_TURNS = 8
 """Smallest number of rocks per release point (-) at which a source uses its points in turn, without sampling.
 
-The numbers of rocks of two points then differ by at most 1/8.
+The numbers of rocks of two points then differ by at most one rock, that is by at most 1/8.
 """
 
 
@@ -72,7 +72,7 @@ def sources_left_out(sources: Sequence[Source], total: int, rounds: int) -> list
 def words_on_left_out(sources: Sequence[Source], total: int, rounds: int, key: str) -> list[str]:
     """Return a list with one sentence if some sources release no rock in the first `rounds` rounds, else an empty list.
 
-    total : number of rocks of a round
+    total : number of rocks of a round; rounds : number of rounds
     key : name of the key or option that sets `total`, for the sentence
     """
     names = sources_left_out(sources, total, rounds)

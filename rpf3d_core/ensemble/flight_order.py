@@ -13,7 +13,7 @@ from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.ensemble.releases import Releases
 
 LARGEST_BATCH = 4096
-"""Largest number of rocks that one thread of the compiled engine flies at the same time (a batch)."""
+"""Largest number of rocks in a batch of the compiled engine; one thread flies a batch."""
 BATCHES_A_GROUP = 2
 """Number of batches in a group of rocks, if all batches have the largest size.
 
@@ -38,7 +38,7 @@ SMALLEST_BATCH = 512
 Starting a batch of this size takes about 1 % of the time of flying it.
 """
 BODY_BATCHES = 256, 8
-"""Largest and smallest number of rocks with a shape in a batch: such a rock takes as long as some hundred points.
+"""Largest and smallest number of rocks in a batch if rocks have a shape: such a rock takes some hundred times as long.
 
 After an interrupt, a group is then soon flown to its end, and even a few hundred rocks are divided evenly among the
 threads.

@@ -33,8 +33,8 @@ def given_columns(table: Any) -> dict[str, Any]:
 class Deposits:
     """End position and results of each of R rocks, the table behind `deposits.csv`.
 
-    Every array has R rows: the blocks in the order in which they flew, and each block by source, then rock; fragments
-    follow the rocks of their block. (After `joined.joined`: by source, then rock, then fragment.)
+    Every array has R rows. Blocks of rocks follow each other as they flew. The rows of a block are in order of source,
+    then rock; then follow the fragments of these rocks. (After `joined.joined`: by source, then rock, then fragment.)
 
     source : index of the scene's source; rock : number within its source, from 0
     outcome : `values.Outcome`; facet : facet of the last contact, -1 if the rock never touched the ground

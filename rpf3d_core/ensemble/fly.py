@@ -24,9 +24,10 @@ A sphere takes about 0.5 s in plain Python (demo pit, rolling friction 0.3).
 
 
 def choose_engine(name: str, rocks: int, compiled: bool, sized: bool = False) -> str:
-    """Return the name of the engine to use: `name` itself or, for `auto`, the engine that finishes first.
+    """Return the name of the engine to use: `name` itself or, for `auto`, the engine that should finish first.
 
-    Both engines give the same result.
+    Both engines give the same result. For `auto`, few rocks fly with the reference engine, because the compiled engine
+    must first compile.
 
     rocks : number of rocks to fly; compiled : True if numba is installed
     sized : True if rocks touch the ground as spheres or bodies, not as points

@@ -1,8 +1,8 @@
 """Gather the distributions of a quantity in many groups of rocks, such as the rocks of each source, in bounded memory.
 
 Up to `EXACT` values of all groups together are kept unchanged. If there are more, each value is rounded. The number of
-significant bits depends on the number of groups, so that memory does not grow with the number of groups: up to FULL
-groups have values as exact as those of a `Sample`. The smallest and the largest value of a group are never rounded.
+significant bits depends on the number of groups, so that memory does not grow with the number of groups. With at most
+FULL groups, values are as exact as in a `Sample`. The smallest and the largest value of a group are never rounded.
 """
 
 import math
@@ -19,11 +19,11 @@ FEWEST_BITS = 5
 
 
 class GroupedSample:
-    """A growing sample of values for each of G groups.
+    """A growing sample of values for each of G groups, such as the energies of the rocks of each source.
 
-    group, values, counts : (V,) the distinct values of each group, in order of group and value, and how often each
-        occurs
-    count : (G,) number of values of each group; low, high : (G,) their smallest and largest value, inf and -inf without
+    count : (G,) number of values of each group
+    low, high : (G,) smallest and largest value of each group, never rounded; inf and -inf for a group without values
+    bits : number of significant bits to which values are rounded if there are more than EXACT
     """
 
     def __init__(self, groups: int) -> None:
@@ -66,7 +66,7 @@ class GroupedSample:
         )  # fmt: skip
 
     def of(self, first: int, last: int) -> Sample:
-        """Return the values of the groups from number `first` up to, but not including, number `last`."""
+        """Return one sample of all values of the groups from `first` up to, but not including, group `last`."""
         self._settle()
         some = slice(*np.searchsorted(self._group, [first, last]).tolist())
         low, high = self.low[first:last].min(initial=np.inf), self.high[first:last].max(initial=-np.inf)

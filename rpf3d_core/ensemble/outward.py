@@ -49,7 +49,7 @@ def three_figures(value: float, side: Side = NEAREST) -> str:
 
 
 def short_length(value: float, side: Side = NEAREST) -> str:
-    """Return a length (m) as text with three significant digits, but at most one decimal, such as 4.3, 41.2 or 1,230.
+    """Return a length (m) as text: with one decimal, such as 4.3; from FROM (99.9 m) on, with three significant digits.
 
     side : rounding, LOW (down), NEAREST or HIGH (up)
     """

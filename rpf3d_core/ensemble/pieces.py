@@ -62,6 +62,7 @@ class Breaking:
         Dust is the fragments that are too small to fly. The parent of a fragment is the rock or fragment that broke.
         Each call makes one generation; the last allowed generation changes `flight`, so that nothing breaks again.
         Each part contains about PIECES fragments, of any number of parents, in the order of the parents.
+
         releases : releases among which the parents are; broken : the parents, with their state when they broke
         """
         self._left -= 1
@@ -87,6 +88,7 @@ def pieces_of(
     """Return the fragments of N broken rocks as releases, and the mass of dust (fragments too small to fly).
 
     The mass of dust is in DUST_UNITS. A family is all fragments of one released rock.
+
     releases : releases of the rocks or fragments that flew; `broken.rows` are rows of these releases
     numbered : last fragment number used in each family, by source and rock; the function updates this dictionary
     compiled : True if compiled code makes the fragments
@@ -131,7 +133,8 @@ def _sized(
 
 def _parts(counts: IntArray, most: int) -> list[tuple[int, int]]:
     """Divide N broken rocks into ranges (begin, end), each range with about `most` fragments, to limit the memory.
-    counts : (N,) fragments of each rock
+
+    counts : (N,) number of fragments of each rock
     """
     part = (np.cumsum(counts) - counts) // most
     begins = np.flatnonzero(np.diff(part, prepend=-1)).tolist()
@@ -144,6 +147,7 @@ def _last_numbers(source: IntArray, rock: IntArray, counts: IntArray, numbered: 
     A family is all fragments of one released rock. The returned number is the last number used in the family of the
     broken rock, 0 if the family has no fragments yet. If several of the N broken rocks belong to one family, their new
     fragments are numbered one broken rock after another.
+
     source, rock : (N,) numbers that identify the family of each rock; counts : (N,) number of its new fragments
     numbered : last fragment number used in each family, by source and rock; the function updates this dictionary
 

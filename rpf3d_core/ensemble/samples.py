@@ -38,7 +38,7 @@ class Sample:
 
     @classmethod
     def counted(cls, values: FloatArray, counts: IntArray, low: float, high: float) -> "Sample":
-        """Return a sample of distinct values (V,), ascending, that occur `counts` (V,) times.
+        """Return a sample of values (V,), in any order, each of which occurs as often as `counts` (V,) states.
 
         low, high : smallest and largest value, in the unit of the values
         """

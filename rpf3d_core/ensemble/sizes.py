@@ -49,6 +49,7 @@ AnyRock = Rock | DrawnRock | SourceRocks | DrawnBody
 
 def sizes_of(rock: AnyRock, seed: int, source: ArrayLike, rocks: NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
     """Return the masses (R,) kg and radii (R,) m of rocks, from the rocks' numbers within their sources (R,).
+
     rock : the rocks of the scene; rocks : (R,) numbers of the rocks in their source
     source : number of the source: a single number for all rocks, or (R,) one for each rock; with `SourceRocks` only a
         single number

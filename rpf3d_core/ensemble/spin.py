@@ -21,9 +21,10 @@ def rotational_energy(mass: FloatArray, radius: FloatArray, w: FloatArray) -> Fl
 def largest_energies(batch: Batch, mass: FloatArray, radius: FloatArray) -> FloatArray:
     """Return the largest rotational and the largest total energy (N, 2) J of each of N rocks on its whole path.
 
-    Both maxima are at the ends of path segments: in flight the spin is constant, on a slide w^2 is convex in time.
+    Both maxima are at the ends of path segments: in flight the rotational energy is constant, on a slide w^2, the
+    square of the spin, is convex in time.
 
-    mass : (N,) kg; radius : (N,) m
+    batch : rocks that spin, with their complete paths; mass : (N,) kg; radius : (N,) m
     """
     owner = np.repeat(np.arange(len(batch.rows)), np.diff(batch.first[:, 1]))
     rows, most = batch.pieces, np.zeros((len(batch.rows), 2))

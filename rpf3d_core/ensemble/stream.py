@@ -16,7 +16,7 @@ from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.simulation.engines import Compiled, Engine
 
 BLOCK = 16_384
-"""Largest number of rocks that are drawn and flown together (a block), which limits the memory.
+"""Approximate largest number of rocks that are drawn and flown together (a block), which limits the memory.
 
 With 200 impacts per rock, sorting a block needs some hundreds of megabytes.
 """

@@ -25,8 +25,9 @@ Arrays = dict[str, Any]
 def read_apart(path: Path, reader: str, *options: str) -> Arrays:
     """Read a file in a separate process, so that a crash of a library does not end this process; return its arrays.
 
-    reader : module and function, as `rpf3d_core.formats.vtk_files:read_here`; the function takes the path and the
-    options, and returns arrays by name
+    reader : module and function, such as `rpf3d_core.formats.vtk_files:read_here`; the function takes the path and the
+        options, and returns arrays by name
+    options : further arguments of the reader
 
     Raises
     ------

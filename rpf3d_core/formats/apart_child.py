@@ -18,7 +18,7 @@ MEMORY = 4 * 2**30
 MEMORY_PER_BYTE = 200
 """Additional address space (bytes) that the process may use for each byte of the file."""
 SECONDS, SECONDS_PER_MEGABYTE = 60, 2
-"""CPU time (s) that the process may use for an empty file, and for each further megabyte (10^6 bytes)."""
+"""CPU time (s) that the process may use for an empty file, and additional time (s) for each 10^6 bytes of the file."""
 
 
 def main(reader: str, path: Path, result: Path, *options: str) -> int:

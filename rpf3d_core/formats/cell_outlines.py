@@ -37,9 +37,9 @@ def write_outlines(path: Path, rings: list[Any]) -> None:
 
 
 def enclosed_cell(missing: NDArray[np.bool_]) -> tuple[int, int] | None:
-    """Return row and column (from 0) of one cell in a gap inside a grid, for a message; None without gaps.
+    """Return row and column (from 0) of one cell of an enclosed gap, to name the gap in a message; None without gaps.
 
-    A gap is a group of cells without value that does not reach the boundary of the grid.
+    An enclosed gap is a connected group of cells without value that does not reach the boundary of the grid.
 
     missing : (H, W) True where a cell has no value
     """

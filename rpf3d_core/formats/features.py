@@ -1,6 +1,6 @@
-"""Read geometries in plan from any known file, in the form of GeoJSON: GeoJSON, GeoPackage, Shapefile, DXF, Surpac.
+"""Read geometries in plan from GeoJSON, GeoPackage, Shapefile, DXF and Surpac files as the content of a GeoJSON file.
 
-GeoJSON is RFC 7946, but with the plan coordinates (m) of the input.
+The content has the form of GeoJSON (RFC 7946), but with the plan coordinates (m) of the input.
 """
 
 import json
@@ -11,13 +11,13 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.terrain.frame import FloatArray
 
 FEATURE_EXTENSIONS = (".geojson", ".json", ".gpkg", ".shp", ".dxf", ".str")
-"""Extensions of the files of polygons and lines that are read; a file with another extension is read as GeoJSON."""
+"""Extensions of the known formats; a file with any other extension is also read as GeoJSON."""
 FORMATS = "GeoJSON (.geojson, .json), GeoPackage (.gpkg), Shapefile (.shp), DXF (.dxf) or Surpac strings (.str)"
 """The formats of files of polygons, lines and points that `features_of` reads, for messages."""
 
 
 def features_of(path: Path, family: str, heights: bool = False, layer: str = "") -> Any:
-    """Return the geometries of a file as the content of a GeoJSON file.
+    """Return the geometries of a file as the content of a GeoJSON file; GeoJSON is returned without checks.
 
     family : kind of geometry that the scene needs: "polygon", "line" or "point"
     heights : True to keep the heights of lines; points always keep their heights, and GeoJSON keeps all heights

@@ -1,8 +1,9 @@
 """Read elevation grids as terrain: ESRI ASCII and GeoTIFF through rasterio.
 
 Each elevation of the grid belongs to the centre of a cell. Therefore the vertices of the mesh are the cell centres, and
-the mesh ends half a cell inside the outline of the grid. (`xllcorner` is the corner of the outline, `xllcenter` is the
-first centre; both keys give the same mesh for the same grid.) Four neighbouring centres form a square of two triangles.
+the mesh ends half a cell inside the outline of the grid. (`xllcorner` is the lower left corner of the outline,
+`xllcenter` is the centre of the lower left cell; both keys give the same mesh for the same grid.) Four neighbouring
+centres form a square of two triangles.
 All squares are cut along the same diagonal, from the first row and column to the next row and column (north-west to
 south-east in a north-up grid). A square with a corner without data becomes a hole.
 """
@@ -40,12 +41,13 @@ def read_dem(path: Path) -> FileMesh:
     Parameters
     ----------
     path : Path
-        .asc, .asc.gz, .tif or .tiff; one band of elevations, m, in a projected reference system (or none).
+        .asc, .asc.gz, .tif or .tiff; the first band has the elevations. Coordinates and elevations are in the unit of
+        the file. The reference system, if stated, must be projected.
 
     Raises
     ------
     TerrainError
-        The file is not a raster, is truncated, or is in degrees.
+        The file is not a raster, is truncated, is in degrees, has too many cells, or has a word in place of a number.
     """
     return _surface(*read_grid(path))
 
@@ -74,7 +76,7 @@ def read_grid(path: Path, kind: str = "elevation") -> tuple[FloatArray, Affine]:
 
 
 def _read_numbers(path: Path, kind: str) -> tuple[FloatArray, Affine]:
-    """Return the numbers and the transform of a grid, as `read_grid` does; errors of rasterio are passed on."""
+    """Return the numbers and the transform of a grid, as `read_grid` does; errors of libraries are not converted."""
     import rasterio  # takes a tenth of a second, and only grids need it
 
     is_text = path.name.lower().endswith((".asc", ".asc.gz"))

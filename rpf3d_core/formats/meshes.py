@@ -111,4 +111,4 @@ EXPORTS = {
     ".shp": "a Shapefile can be an area, a line or points; export the surface as DXF",
     ".gpkg": "a GeoPackage can be an area, a line or points; export the surface as DXF",
 }
-"""Advice to the user for each format of terrain that rpf3d cannot read, by file name extension."""
+"""Advice to the user for each known format that cannot be read as a terrain, by file name extension."""

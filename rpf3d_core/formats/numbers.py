@@ -1,4 +1,4 @@
-"""Read a list of numbers from a text or CSV file with one number on each line, such as measured sizes of rocks."""
+"""Read numbers, such as measured sizes of rocks, from a text file with one on each line, or from a column of a CSV."""
 
 import math
 from pathlib import Path
@@ -36,8 +36,8 @@ def read_column(path: Path, column: str | None, quantity: str) -> NumberColumn:
     Raises
     ------
     InputError
-        The file cannot be read, has no number or no such column, or a line has other content than a number; the message
-        names the line.
+        The file cannot be read or has no number, its header does not name the column exactly once, or a cell is not a
+        plain, finite number. The message names a wrong line.
     """
     rows = list(rows_of(path, text_of(path)))
     header: list[str] = []
@@ -64,7 +64,7 @@ def _in_si(numbers: list[float], name: str | None, quantity: str) -> NumberColum
 
 
 def _place(path: Path, header: list[str], column: str) -> int:
-    """Return the index of a column, found by its name in the header."""
+    """Return the index of a column; raise an InputError if the header does not have the name exactly once."""
     if header.count(column) == 1:
         return header.index(column)
     known = f"its columns are {', '.join(header)}" if header else "its first line does not name columns"
@@ -73,7 +73,10 @@ def _place(path: Path, header: list[str], column: str) -> int:
 
 
 def _cell(path: Path, row: Row, place: int, column: str) -> float:
-    """Return the number in one column of a line; place, column : index and name of the column."""
+    """Return the number in one column of a line; raise an InputError if the cell is not a plain, finite number.
+
+    place, column : index and name of the column
+    """
     text = row.cells[place] if place < len(row.cells) else ""
     if not NUMBER.fullmatch(text) or not math.isfinite(float(text)):
         raise InputError(

@@ -25,7 +25,8 @@ _HEADER_LIMIT = 100_000
 class Element(NamedTuple):
     """The description of one table in a PLY file, from the file's header.
 
-    columns : for each column (name, type) or, if it has lists, (name, type of the list's length, type of its numbers)
+    columns : for each column (name, type) or, for a column of lists, (name, type of the length, type of the numbers); a
+        type is a code of numpy, such as "f4"
     """
 
     name: str

@@ -38,7 +38,10 @@ COLUMN_NAMES = {
 """Names that a coordinate's column may have in survey files in addition to x, y or z."""
 
 FEWEST_COUNTED, MOST_COUNTED = 3, 1000
-"""Fewest and most lines from which a first column counts as the numbers of points."""
+"""Smallest number of lines for which a first column may count as point numbers, and number of lines that are examined.
+
+`_refuse_point_numbers` uses both numbers.
+"""
 
 QUOTED = re.compile(r'"[^"]*"')
 REMARK = re.compile(r"\s#.*")
@@ -85,8 +88,9 @@ def read_points(path: Path, up: Up = "z", heights: bool = True) -> FloatArray:
     Raises
     ------
     InputError
-        The file cannot be read, has no point, or a coordinate is not a finite number; the message names the line and
-        the column, or shows the position in GeoJSON.
+        The file cannot be read or has no point, its header does not name the coordinates or states an unknown unit, or
+        a coordinate is not a finite number. The message names the line and the column, or shows the position in
+        GeoJSON.
     """
     if path.suffix.lower() in OTHERS:
         content = features_of(path, "point")
@@ -98,7 +102,13 @@ def read_points(path: Path, up: Up = "z", heights: bool = True) -> FloatArray:
 
 
 def text_of(path: Path) -> str:
-    """Return the text of a file, without a byte order mark; raise an `InputError` if it cannot be read."""
+    """Return the text of a file, without a byte order mark.
+
+    Raises
+    ------
+    InputError
+        The file cannot be opened, is a spreadsheet, or is not UTF-8 text.
+    """
     try:
         with path.open("rb") as file:
             begin = file.read(max(map(len, SPREADSHEETS)))
@@ -143,8 +153,8 @@ def _text_points(path: Path, text: str, up: Up, heights: bool) -> list[tuple[flo
 def _refuse_point_numbers(path: Path, rows: Sequence[Row]) -> None:
     """Refuse lines without a header if their first cells count the lines and three or more cells follow.
 
-    Survey programs often write the number of a point first; it would be read as x, and x as y. Along a row of a raster,
-    x may grow by 1 as well, but y is the same on all lines.
+    Survey programs often write the number of a point first. This number would be read as x, and x as y. Along a row of
+    a raster, x may grow by 1 as well, but y is the same on all lines: such lines are accepted.
     """
     counted = rows[:MOST_COUNTED]
     if len(counted) < FEWEST_COUNTED or not all(len(row.cells) > 3 and row.cells[0].isdecimal() for row in counted):
@@ -159,7 +169,12 @@ def _refuse_point_numbers(path: Path, rows: Sequence[Row]) -> None:
 
 
 def rows_of(path: Path, text: str) -> Iterator[Row]:
-    """Return the lines of a text or CSV file as rows of cells, without empty lines, comments and surrounding blanks."""
+    """Return the lines of a text or CSV file as rows of cells, without empty lines, comments and surrounding blanks.
+
+    The rows are read one by one; a line that is not valid CSV then raises an `InputError`.
+
+    path : the file, for messages; text : content of the file
+    """
     separator = _separator(text)
     rows = _blank_rows(text) if separator is None else _csv_rows(path, text, separator)
     return (row for row in rows if any(row.cells) and not row.cells[0].startswith("#"))
@@ -311,7 +326,10 @@ def _geojson_points(path: Path, text: str, up: Up, heights: bool) -> list[tuple[
 
 
 def _positions(path: Path, content: Any) -> Iterator[Any]:
-    """Yield the coordinates of all GeoJSON points in order, without checks."""
+    """Yield the coordinates of all GeoJSON points in order; the coordinates themselves are not checked.
+
+    Raise an InputError if the content has other geometries than points, or a MultiPoint without a list of points.
+    """
     for geometry in geometries(path, content, ("Point", "MultiPoint")):
         written = geometry.get("coordinates")
         if geometry["type"] == "Point":

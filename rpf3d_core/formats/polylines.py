@@ -18,14 +18,16 @@ Along = Path | tuple[tuple[float, float], ...]
 
 
 def lines_along(along: Along) -> list[FloatArray]:
-    """Return the lines (P, 2) m in plan of a scene entry such as a road; repeated consecutive points are removed.
+    """Return the lines of a scene entry such as a road, each with its points (P, 2) m in plan.
+
+    A point that equals the previous point of its line is removed.
 
     along : path of a file with lines, or the corners (x, y) of one line (m)
 
     Raises
     ------
     InputError
-        The file is damaged, or a line has no length.
+        The file is refused (`read_lines`), or all points of a line are the same.
     """
     written = [np.array(along, dtype=float)] if isinstance(along, tuple) else read_lines(along)
     lines = [without_repeats(line) for line in written]
@@ -40,7 +42,7 @@ def without_repeats(line: FloatArray) -> FloatArray:
 
 
 def read_lines(path: Path) -> list[FloatArray]:
-    """Return the lines (P, 2) m of a file in plan, at least one.
+    """Return the lines of a file, at least one, each with its points (P, 2) m in plan.
 
     Raises
     ------
@@ -59,7 +61,7 @@ def read_lines(path: Path) -> list[FloatArray]:
 
 
 def read_lines_with_heights(path: Path) -> list[FloatArray]:
-    """Return the lines (P, 3) m of a file, with heights; a height that the file lacks is NaN.
+    """Return the lines of a file, each with its points (P, 3) m; a height that the file lacks is NaN.
 
     The result is [] for a file without lines.
 

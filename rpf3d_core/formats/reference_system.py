@@ -30,7 +30,7 @@ def reference_system(name: str | None, up: Up) -> "CRS | None":
     Raises
     ------
     InputError
-        The name is unknown, or the reference system is in degrees.
+        The name is unknown, or the reference system is in degrees. A system in feet is not refused.
     """
     if name is None:
         return None
@@ -40,7 +40,10 @@ def reference_system(name: str | None, up: Up) -> "CRS | None":
 
 
 def why_unusable(name: str) -> str | None:
-    """Return why a coordinate reference system cannot be used for a terrain in metres; None if it can be used."""
+    """Return why a coordinate reference system cannot be used: it is unknown or in degrees; None if it can be used.
+
+    The result completes a sentence that begins with the key. Units of length other than the metre are not recognised.
+    """
     from rasterio.errors import CRSError
 
     try:
@@ -54,7 +57,10 @@ def why_unusable(name: str) -> str | None:
 
 
 def are_same(name: str, other: str) -> bool:
-    """Return True if two names, both known, mean the same coordinate reference system."""
+    """Return True if two names mean the same coordinate reference system.
+
+    Raise rasterio's CRSError if a name is unknown.
+    """
     return bool(_named(name) == _named(other))
 
 
@@ -69,9 +75,10 @@ def is_in_degrees(name: str) -> bool:
 
 
 def system_in_metres(path: Path, stated: str | None, points: FloatArray) -> tuple[str | None, tuple[str, ...]]:
-    """Return the coordinate reference system of a file of terrain if it is in metres, and remarks on a wrong system.
+    """Return the coordinate reference system to use for a terrain file, and remarks (sentences) for the user.
 
-    A system in degrees is wrong if the coordinates are outside the range of degrees; the result is then None.
+    A stated system in degrees is ignored with a remark if the coordinates are outside the range of degrees: the first
+    result is then None. Any other stated system, also an unknown system, is returned unchanged.
 
     path : the file, for messages; stated : name of the system that the file states, None if it states none
     points : (N, 3) with longitude or easting first, N >= 1

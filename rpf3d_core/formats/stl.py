@@ -53,9 +53,10 @@ def is_ascii_stl(path: Path) -> bool:
 
 
 def other_format(path: Path) -> str | None:
-    """Return the format of a file that has the ending .stl but begins like another format, with advice; else None.
+    """Return the name of the format that a .stl file really has, with advice for the user; None if it may be an STL.
 
-    An STL file of the size that its header states is an STL file, whatever its free text begins with.
+    The format is found from the first bytes. A file of the size that its STL header states is an STL file, whatever its
+    free text begins with.
     """
     size = path.stat().st_size
     with path.open("rb") as file:
@@ -78,7 +79,8 @@ def read_binary_stl(path: Path) -> FileMesh:
     Raises
     ------
     TerrainError
-        The size of the file does not match the number of facets in its header.
+        The file begins like another format, is shorter than a header, or its size does not match the number of facets
+        in its header.
     """
     size = path.stat().st_size
     if kind := other_format(path):
@@ -110,7 +112,7 @@ def read_binary_stl(path: Path) -> FileMesh:
 
 
 def ascii_stl_corners(path: Path, count: int) -> FloatArray:
-    """Return the corners (count, 3) m of an ASCII STL that was already checked, with all digits of the text.
+    """Return the corners (count, 3) of an ASCII STL that was already checked, in the unit of the file, with all digits.
 
     count : number of corners, three for each facet
 

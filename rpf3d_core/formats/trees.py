@@ -30,7 +30,7 @@ class Tree(NamedTuple):
     """One tree of a tree file: its position, diameter, height and kind, for the forest effect.
 
     line : line in the file, from 1; east, north : plan coordinates of the input (m)
-    dbh : diameter at breast height (cm); kind : one of KINDS
+    dbh : diameter at breast height (cm); kind : one of KINDS, "conifer" if the file does not state the kind
     height : m; foot : altitude of the ground (m); both None if the file does not state them
     """
 

@@ -63,7 +63,7 @@ _NO_DIAMETER = {
     ("querschnitt", "querschnitte", "section", "querschnittsfläche"): "a cross section, "
     "which may be an area, but its numbers are read as diameters; if they are, name the column a diameter",
 }
-"""For words in the name of a column: the quantity that they state instead of a diameter, and what to do."""
+"""End of a warning, by words in the name of a column: what the words state instead of a diameter, and what to do."""
 _PERHAPS_TONNES = re.compile(r"\btonnage\b|\st$")
 """Names of columns without a unit whose numbers may be in tonnes, in small letters."""
 _UNIT_OF_A_COORDINATE = re.compile(
@@ -118,9 +118,10 @@ def unit_of_coordinate(header: str) -> tuple[str, str, float | None]:
 
 
 def other_quantity_named(header: str, quantity: str) -> str | None:
-    """Return the quantity (key of `SI`) that a column's name states in place of the wanted quantity; None if it fits.
+    """Return the quantity (key of `SI`) that a column's name states in place of the wanted quantity; else None.
 
-    `tonnage` states a mass. A name with a word of the wanted quantity fits, such as `diameter of equal volume`.
+    The result is None if the name states the wanted quantity, or no known quantity. `tonnage` states a mass. A name
+    with a word of the wanted quantity states the wanted quantity, such as `diameter of equal volume`.
 
     header : name of the column; quantity : key of `SI`, the wanted quantity
     """

@@ -53,20 +53,27 @@ def read_ascii_stl(path: Path) -> FileMesh:
 
 
 def read_obj(path: Path) -> FileMesh:
-    """Return the faces of an OBJ file as triangles."""
+    """Return the faces of an OBJ file as triangles; raise a TerrainError if VTK reports an error."""
     return _surface(path, _output(path, vtkOBJReader()))
 
 
 def read_vtk(path: Path) -> FileMesh:
-    """Return the polygons of a .vtp or .vtk file (DATASET POLYDATA) as triangles, read in a separate process."""
+    """Return the polygons of a .vtp or .vtk file (DATASET POLYDATA) as triangles, read in a separate process.
+
+    Raises
+    ------
+    TerrainError
+        The file is truncated or damaged, or has facets with fewer than three corners or with missing points.
+    """
     _refuse_impossible_counts(path)
     arrays = read_apart(path, "rpf3d_core.formats.vtk_files:read_here")
     return FileMesh(arrays["points"], arrays.get("triangles"))
 
 
 def read_here(path: Path) -> Arrays:
-    """Return the polygons of a .vtp or .vtk file, read in this process: `points` (N, 3) m and `triangles` (F, 3).
+    """Return the polygons of a .vtp or .vtk file, read in this process: `points` (N, 3) and `triangles` (F, 3).
 
+    Points are in the unit of the file; errors are as in `read_vtk`.
     A file without polygons gives no points and no array `triangles`.
     """
     reader = vtkXMLPolyDataReader() if path.suffix.lower() == ".vtp" else vtkPolyDataReader()

@@ -14,7 +14,8 @@ from rpf3d_core.terrain.frame import FloatArray
 def triangle_mesh(vertices: FloatArray, triangles: NDArray[np.integer]) -> vtkPolyData:
     """Return vertices (V, 3) m and triangles (F, 3) as VTK poly data in double precision, for VTK's filters.
 
-    VTK uses the given arrays without a copy, and keeps the arrays alive: a copy would double the memory.
+    VTK uses contiguous vertices, and triangles of the type int32, without a copy, and keeps these arrays alive: copies
+    would double the memory. Other arrays are copied.
     """
     points, data = vtkPoints(), vtkPolyData()
     points.SetData(numpy_to_vtk(np.ascontiguousarray(vertices)))

@@ -1,4 +1,4 @@
-"""Read a file with a reader of its format; if it cannot be read, the error states why."""
+"""Read a file with the reader of its format, after a check that the file is not missing or empty."""
 
 from collections.abc import Callable
 from pathlib import Path

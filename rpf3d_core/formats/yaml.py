@@ -1,9 +1,10 @@
 """Read a YAML file as plain values, with the line of every key for error messages.
 
-The reader accepts only mappings, sequences and plain scalars by the YAML 1.2 core rules (so `1e-4` is a number and `no`
-a word), without tags. An alias (*name) is replaced by a copy of the value with the anchor (&name); all aliases together
-may repeat MOST_REPEATED values. Merge keys (<<) are not part of YAML 1.2 and are reported as errors. A repeated key is
-an error, too: the second value does not silently replace the first value.
+The reader accepts only mappings, sequences and scalars, without tags. Scalars without quotes follow the core rules of
+YAML 1.2 (so `1e-4` is a number and `no` a word), but hexadecimal and octal numbers are words. An alias (*name) is
+replaced by a copy of the value with the anchor (&name); all aliases together may repeat MOST_REPEATED values. Merge
+keys (<<) are not part of YAML 1.2 and are reported as errors. A repeated key is an error, too: the second value does
+not silently replace the first value.
 """
 
 import re
@@ -47,10 +48,10 @@ def report_of(path: Path, faults: Iterable[Fault]) -> str:
 
 
 class Document(NamedTuple):
-    """The content of a YAML file: its values, the line of each key, and its errors.
+    """The content of a YAML file: its values, their lines, and its errors.
 
-    Mappings are dicts, sequences are tuples.
-
+    values : mappings are dicts, sequences are tuples; None for an empty file
+    lines : line (from 1) of each key and of each item of a sequence, by key path; () is the key path of the whole file
     kind : the kind of file in messages, such as "scene"
     """
 
@@ -118,7 +119,7 @@ class _Reading:
         return values
 
     def _copy(self, alias: _Alias, path: KeyPath) -> Any:
-        """Return a copy of the values at the anchor of an alias (*name)."""
+        """Return a copy of the values at the anchor of an alias (*name); refuse an alias inside its own anchor."""
         if any(alias.value is node for node in self._open):
             raise _RefusedAlias(alias, f"the alias *{alias.name} stands inside its own anchor, so the value has no end")
         outermost, self.alias = self.alias, self.alias or alias
@@ -184,7 +185,13 @@ def place_in_file(path: Path, key: KeyPath) -> str:
 
 
 def parse_yaml(text: str, path: Path, kind: str = "scene") -> Document:
-    """Parse the text of a YAML file with one document, like `read_yaml`; messages name `path` as the file."""
+    """Parse the text of a YAML file with one document, as `read_yaml` does; `path` and `kind` are used in messages.
+
+    Raises
+    ------
+    SceneError
+        The text is not YAML, or is nested too deeply.
+    """
     try:
         return _document(text, kind)
     except yaml.YAMLError as error:

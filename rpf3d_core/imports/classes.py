@@ -2,8 +2,8 @@
 
 A facet has the ground of the cell that contains the centroid of the facet. The vertices of the mesh are the centres of
 cells, and the diagonal of each square runs from north-west to south-east. Therefore the centroids of the two facets lie
-a sixth of a cell inside the cells at the north-east and the south-west corner of the square. The two
-facets with the ground of an inner cell have together the area of the cell, and touch at the centre of the cell.
+a sixth of a cell inside the cells at the north-east and the south-west corner of the square. The two facets with the
+ground of an inner cell have together the area of the cell, and touch at the centre of the cell.
 """
 
 from typing import NamedTuple
@@ -39,9 +39,9 @@ class Classes(NamedTuple):
 
 
 def facets_of_cells(ground: Cells) -> NDArray[np.int64]:
-    """Return the number (H, W) of facets that get their ground from each cell: 2 inside the grid, fewer at its rim.
+    """Return the number (H, W) of facets that get their ground from each cell: 2, or fewer next to missing ground.
 
-    A facet belongs to the cell that contains its centroid.
+    A facet belongs to the cell that contains its centroid. Outside the grid, ground counts as missing.
 
     ground : (H, W) True where a cell has a height
     """
@@ -87,7 +87,8 @@ def classes_of(grids: tuple[FloatArray, ...], binned: tuple[bool, ...], facets: 
 def _few(rows: FloatArray, binned: Cells) -> NDArray[np.int64]:
     """Return the class (N,), from 0, of each distinct row of values (N, K): rows in the same bins are in one class.
 
-    Bins are as narrow as possible for at most MOST_CLASSES (200) classes.
+    The largest number of bins in BINS is used that gives at most MOST_CLASSES (200) classes. If no number of bins does,
+    each column to bin gets a single bin, and there are more classes.
 
     binned : (K,) True for columns whose values may be sorted into bins
     """

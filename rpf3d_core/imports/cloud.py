@@ -44,8 +44,8 @@ def import_cloud(files: Sequence[Path], out: Path, choice: CloudChoice = DEFAULT
     Raises
     ------
     InputError
-        A file is refused, the files have different reference systems, `choice` names classes but a file has none, the
-        points make no surface, or `out` cannot be written.
+        A file is refused, the files have different reference systems, `choice` names classes but a file has none, no
+        surface can be made from the points, or `out` cannot be written.
     """
     check_mesh_path(out)
     clouds = [read_cloud(path) for path in files]

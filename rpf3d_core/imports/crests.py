@@ -38,9 +38,9 @@ HIGHEST = 40.0
 FINE, PIXEL = 0.1, 0.2
 """Step (m) of the search for brow and foot, and side (m) of the pixels of the image in which they are searched."""
 COARSE = 1.0
-"""Smallest side (m) of the pixels in which faces are searched."""
+"""Smallest side (m) of the pixels of the image of the whole terrain, in which faces are searched first."""
 MOST_CRESTS = 16
-"""Largest number of crests that are found."""
+"""Largest number of crests of the coarse search whose lines are searched again in a fine image."""
 ENERGY_LINE = 30.0
 """Smallest angle (degrees) from the horizontal of the straight line from a crest to ground that rocks may reach.
 
@@ -49,9 +49,12 @@ Sources
 Jaboyedoff & Labiouse 2011, Nat. Hazards Earth Syst. Sci. 11, 819: energy lines of rockfalls have 27 to 37 degrees.
 """
 LONG = 50.0
-"""Smallest length (m) of the first crest; a shorter crest may be a gap in a road, or noise of the survey."""
+"""Smallest length (m) of the first crest, if there is one; a shorter crest may be a gap in a road, or noise."""
 STOPPING = 1.0
-"""Height (m) of ground above the line of ENERGY_LINE from which the ground stops rocks, such as a wide road."""
+"""Smallest height (m) of ground above the line with the angle ENERGY_LINE at which the ground stops rocks.
+
+Such ground is, for example, a wide road.
+"""
 LOW = 0.1
 """Percentile (%) of the heights of the vertices that counts as the lowest ground, because of spikes of the survey."""
 RAYS, STEPS = 12, 250
@@ -75,8 +78,9 @@ class Crest(NamedTuple):
 def crests_of(terrain: Terrain) -> list[Crest]:
     """Return the crests of a terrain: first the crest with the longest fall, then the others, the largest face first.
 
-    The first crest is at least LONG (50 m) long, unless all crests are shorter. Faces are searched in a coarse image;
-    the lines of the first MOST_CRESTS (16) crests are searched again in a fine image.
+    The first crest is chosen among the crests that are at least LONG (50 m) long, or among all crests if all are
+    shorter. Faces are searched in a coarse image; the lines of the first MOST_CRESTS (16) crests are searched again in
+    a fine image. The points of the crests are in the local frame.
     """
     image = height_image(terrain, terrain.vertices[:, :2], 2.0 * COARSE, COARSE)
     lowest = float(np.percentile(terrain.vertices[:, 2], LOW, method="lower"))
@@ -92,21 +96,23 @@ def crests_of(terrain: Terrain) -> list[Crest]:
 
 
 def listed(crests: Sequence[Crest], most: int) -> list[Crest]:
-    """Return at most `most` >= 2 crests: first the crest with the longest fall, then the others, largest face first.
+    """Return at most `most` crests: first the crest with the longest fall, then the others, the largest face first.
 
-    The first crest is at least LONG (50 m) long, unless all crests are shorter. The crest with the highest mean
-    altitude is always included: if it is not among the first `most` crests of this order, this crest replaces the last
-    of them.
+    The first crest is chosen among the crests that are at least LONG (50 m) long, or among all crests if all are
+    shorter. The crest with the highest mean altitude is always included: if this crest is not among the first `most`
+    crests, it replaces the last of them.
+
+    most : largest number of crests, at least 2
     """
     return [crests[i] for i in _in_order(crests, most)]
 
 
 def _in_order(crests: Sequence[Crest], most: int) -> list[int]:
-    """Return the indices of at most `most` >= 2 crests in the order of `listed`.
+    """Return the indices of at most `most` crests in the order of `listed`; most : at least 2.
 
-    The brow at the top of a wall matters even if lower faces are larger: rocks from the top fall farthest, and reach
-    all places that rocks from lower crests reach. The first crest is at least LONG (50 m) long, unless all crests are
-    shorter. If several crests have the longest fall (in whole metres), the crest with the largest face is the first.
+    The highest crest is included even if lower faces are larger: rocks from the top of a wall fall farthest, and reach
+    all places that rocks from lower crests reach. If several crests have the longest fall (in whole metres), the crest
+    with the largest face is the first.
     """
     if not crests:
         return []
@@ -221,6 +227,9 @@ def _crest(points: FloatArray, height: FloatArray) -> Iterator[Crest]:
 
 def _brow_and_height(distance: FloatArray, ground: FloatArray) -> tuple[float, float]:
     """Return the distance (m) of the brow on a line across a crest, and the face's height (m); NaN and 0 without face.
+
+    A face does not count if its brow is SEARCHED (3 m) or more in front of the border of the face, or if there is no
+    ground behind the brow (BEHIND).
 
     distance, ground : (S,) m, distances and elevations of the line's points
     """

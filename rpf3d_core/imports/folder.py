@@ -31,9 +31,9 @@ def check_new_folder(folder: Path) -> Path:
 
 @contextmanager
 def new_folder(folder: Path) -> Iterator[Path]:
-    """Yield a hidden folder to write an import into.
+    """Yield a hidden folder next to `folder`, into which the caller writes an import.
 
-    At the end, the hidden folder is renamed to `folder`; after an error, the hidden folder is deleted.
+    When the `with` block ends, the hidden folder is renamed to `folder`; after an error, the hidden folder is deleted.
 
     Raises
     ------

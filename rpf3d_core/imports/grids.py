@@ -103,8 +103,8 @@ def read_grids(files: Mapping[str, Path]) -> Grids:
     Raises
     ------
     InputError
-        A file is damaged or has other cells than dem; or the cells of dem are not square; or dem has a gap. The message
-        names the file.
+        A file is damaged or has other cells than dem; or the cells of dem are not squares with north up; or dem has an
+        enclosed gap. The message names the file.
     """
     read = {name: read_grid(path, "elevation" if name == DEM else "value") for name, path in files.items()}
     heights, transform = read[DEM]
@@ -115,7 +115,7 @@ def read_grids(files: Mapping[str, Path]) -> Grids:
 
 
 def _refuse_unusable_cells(path: Path, heights: FloatArray, transform: Affine) -> None:
-    """Refuse an elevation grid with a gap, or with cells that are not squares with north up."""
+    """Refuse an elevation grid with an enclosed gap, or with cells that are not squares with north up."""
     across, down = transform.a, -transform.e
     if transform.b or transform.d or not np.isclose(across, down, rtol=SAME_CORNER) or across <= 0.0:
         raise InputError(f"{path}: its cells are {across:g} by {down:g} m; they must be squares, with north up")

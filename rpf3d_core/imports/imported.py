@@ -18,7 +18,7 @@ from rpf3d_core.terrain.frame import FloatArray
 
 SCENE, ZONES, SOURCES = "scene.yaml", "zones", "sources"
 COMPANIONS = (".prj",)
-"""Extensions of the companion files of the elevation grid that are copied with it: its reference system."""
+"""Extensions of files that are copied together with the elevation grid: a .prj file states its reference system."""
 
 
 class Imported(NamedTuple):

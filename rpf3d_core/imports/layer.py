@@ -1,4 +1,4 @@
-"""Write areas, lines or points of any file as GeoJSON, in another reference system if asked: `rpf3d import layer`."""
+"""Write areas, lines or points of a file as GeoJSON, in another reference system if wanted: `rpf3d import layer`."""
 
 import json
 from pathlib import Path
@@ -23,7 +23,9 @@ TYPES: dict[str, tuple[str, ...]] = {
 def import_layer(
     path: Path, out: Path, kind: Kind = "polygon", layer: str = "", begin: str | None = None, end: str | None = None
 ) -> int:
-    """Write the geometries of one kind in a file as GeoJSON, and return their number.
+    """Write the geometries of one kind in the file `path` as GeoJSON to the new file `out`; return their number.
+
+    Points keep their heights. Lines and areas lose their heights, unless `path` is a GeoJSON file.
 
     kind : "polygon", "line" or "point"; layer : name of the layer; "" for the only layer with this kind of geometries,
         or, in a DXF file, for all layers
@@ -33,8 +35,8 @@ def import_layer(
     Raises
     ------
     InputError
-        The file is missing or refused, `end` is given but the reference system of the file is unknown, or `out` exists
-        or is not a .geojson file.
+        The file is missing, refused or without geometries of this kind; `end` is given but the reference system of the
+        file is unknown; or `out` exists, is not a .geojson file or cannot be written.
     """
     if out.suffix.lower() != ".geojson":
         raise InputError(f"{out}: must be the path of a new .geojson file")

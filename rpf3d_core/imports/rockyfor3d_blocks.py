@@ -22,7 +22,7 @@ A disc is a cylinder of thickness d3.
 IGNORED_RIM = 2
 """Number of rows and columns on each side of the grid in which Rockyfor3D ignores source cells.
 
-Source: the readme of a plugin that writes its input.
+Source: the readme of a plugin that writes the input of Rockyfor3D.
 """
 
 

@@ -59,9 +59,9 @@ class CoefficientSpread(NamedTuple):
 
 
 def energy_share(moh: Sequence[float], radius: float) -> FloatArray:
-    """Return R_t (3,) (-), the share of energy that a rock keeps, for obstacles of heights rg70, rg20 and rg10.
+    """Return R_t (3,) (-) of Rockyfor3D, the share of energy that a rock keeps, for three heights of obstacles.
 
-    R_t is 1 / (1 + MOH / R), unconfirmed, with obstacle height MOH and block radius R.
+    R_t is 1 / (1 + MOH / R), unconfirmed, with obstacle height MOH (rg70, rg20, rg10) and block radius R.
 
     In Rockyfor3D, the obstacle height MOH includes the penetration depth of the block. This depth is ignored here,
     because the depth depends on the speed.

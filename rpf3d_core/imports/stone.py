@@ -95,7 +95,7 @@ def import_stone(folder: Path, out: Path) -> Imported:
     ------
     InputError
         A grid is missing, damaged, does not lie on the cells of dem, or has a value out of range; or `out` is not
-        empty.
+        empty or cannot be written.
     """
     check_new_folder(out)
     found = find_grids(folder, NEEDED)

@@ -1,4 +1,4 @@
-"""Find the source cells of a STONE input set: how many rocks each releases, and in which direction."""
+"""Find the source cells of a STONE input set: how many rocks start in each cell, and in which direction."""
 
 import math
 from typing import NamedTuple
@@ -87,7 +87,7 @@ def starts_of(grids: Grids) -> StoneStarts:
 
 
 def source_rocks(grids: Grids) -> NDArray[np.int64]:
-    """Return the number (H, W) of rocks that each cell releases; STOP (-1) where every rock stops.
+    """Return the number (H, W) of rocks that start in each cell; STOP (-1) where every rock stops.
 
     The result is 0 where the grid has no value.
 
@@ -103,7 +103,7 @@ def source_rocks(grids: Grids) -> NDArray[np.int64]:
 
 
 def steepest_neighbour(grids: Grids) -> tuple[NDArray[np.int64], FloatArray]:
-    """Return the neighbour (H, W) of each cell in the direction of steepest fall, and the gradient (H, W) (-) to it.
+    """Return the neighbour (H, W) with the steepest fall from each cell, and the gradient (H, W) (-) to this neighbour.
 
     A neighbour is an index in NEIGHBOURS: 0 is north, and the others follow clockwise. The gradient is positive
     downhill, and negative if all neighbours are higher.

@@ -1,7 +1,8 @@
 """Answer sources that the monitoring reports: fly a few rocks, then twice as many, until the result is accurate enough.
 
-An answer depends only on the trigger, the terrain, the scene and the seed. An interruption prevents later stages, but
-does not change a stage that has been yielded.
+The figures of a stage depend only on the inputs of `answers` and the number of the stage, not on the speed of the
+machine or the number of threads. An interruption prevents later stages, but does not change a stage that has been
+yielded.
 """
 
 import math
@@ -45,7 +46,7 @@ from rpf3d_core.unknowns.dealing import rocks_of_set
 from rpf3d_core.values import Outcome
 
 BLOCK = 1024
-"""Approximate number of rocks in a block after the first stage; they take some tens of milliseconds.
+"""Approximate number of rocks in a block after the first stage; a block takes some tens of milliseconds.
 
 Between two blocks, the simulator checks for newer sources, which make this answer useless. Newer sources do not stop
 the first stage, so its rocks fly in larger blocks, as in a run. This is faster, because rocks that start close together
@@ -87,7 +88,7 @@ class Answer:
     stage : number of the stage, from 0. Each stage has about twice the rocks of the previous stage; the second stage
         may have more, to reach `EnsembleSize.least`
     complete : True if this is the last answer to the trigger: the result is as accurate as `target` of the scene
-        demands, or the next stage would have more rocks than `target.most_rocks`
+        demands, the next stage would have more rocks than `target.most_rocks`, or the trigger has no sources
     trigger, standing : the sources, and the prepared terrain that the rocks flew over
     sources : number of sources that released rocks
     flights : flights of some rocks of the first stage, for display
@@ -143,7 +144,8 @@ def answers(
     ----------
     standing : the prepared terrain; trigger : the sources; around : how rocks are spread around each source
     size : numbers of rocks, and the size of a cluster
-    areas : live areas of interest, rings (P, 2) m, map frame, in addition to the scene's own
+    areas : live areas of interest, rings (P, 2) m, map frame, in addition to the scene's own; a live area replaces an
+        area of the scene with the same name
     stop : called with the number of the stage in flight; once it returns True, the stage is given up and no further
         answer is yielded
     results : yields a number for each result, that is for each stage of an answer
@@ -240,7 +242,7 @@ def _fly(
     numbers: tuple[Sequence[int], Sequence[int]],
     size: int | None,
 ) -> bool:
-    """Fly the next rocks of a cluster; return False if the flight was stopped.
+    """Fly the next rocks of a cluster, and add them to its counts; return False if the flight was stopped.
 
     stream : flies the rocks; released : all sources
     numbers : two lists over all sources: number of the first rock to fly, and the number after the last rock
@@ -264,6 +266,8 @@ def _fly_sets(
     numbers: tuple[Sequence[int], Sequence[int]],
 ) -> bool:
     """Fly the next rocks of a cluster, one parameter set after another; return False if the flight was stopped.
+
+    The rocks are added to the counts of the cluster and to the counts of their sets.
 
     stream : flies the rocks; released : all sources
     numbers : two lists over the sources of the cluster: number of the first rock to fly, and the number after the last
@@ -326,11 +330,12 @@ def _stream(standing: PreparedTerrain, first: Sequence[int]) -> Stream:
 def warm_answers(standing: PreparedTerrain, trigger: Trigger, around: ReleaseSpread, rocks: int) -> float:
     """Fly the first stage of an answer and discard it, so that all code is compiled before the first real answer.
 
-    Return the duration (s).
+    Return the duration (s). A triangle around the first source serves as area of interest, so that the code for areas
+    is compiled, too.
 
     trigger : sources, at least one; around : how rocks are spread around each source
-    rocks : number of rocks. It must be so large that the cells that rocks reach have more than `hazard.layers.FEW` bins
-        in total; for fewer bins the code uses NumPy, and the loop would not be compiled
+    rocks : number of rocks, so large that the cells that rocks reach have more than `hazard.layers.FEW` bins in total;
+        for fewer bins the code uses NumPy, and the loop would not be compiled
     """
     began = time.perf_counter()
     centre = np.asarray(trigger.positions)[0, :2]

@@ -35,7 +35,9 @@ def circles_around(places: FloatArray, radius: float) -> list[FloatArray]:
     """Return the area within circles around places (N, 2) m, such as vehicles, as a list of rings (P, 2) m.
 
     Overlapping circles share one outline. The rings of holes are included. Each circle is drawn as a polygon that
-    encloses the circle, so a rock on the circle is counted. radius : of the circles, m
+    encloses the circle, so a rock on the circle is counted.
+
+    radius : m, of the circles
     """
     drawn = radius / np.cos(np.pi / (4 * CORNERS_A_QUARTER))
     circles = shapely.buffer(shapely.points(places), drawn, quad_segs=CORNERS_A_QUARTER)
@@ -71,7 +73,7 @@ FEWEST_CORNERS = 3
 
 @dataclass(frozen=True, eq=False)
 class AreaOutline:
-    """An area of interest, prepared to test many places for being inside; only one thread may use it at a time.
+    """An area of interest, prepared to find which places and paths lie inside; for one thread at a time.
 
     rings : rings of the area as polygons; a place inside an odd number of rings is inside the area
     hull : (H, 2) m, corners of the convex hull of the area
@@ -93,7 +95,9 @@ class AreaOutline:
         return np.concatenate([shapely.get_coordinates(ring) for ring in self.rings])
 
     def is_crossed_by(self, points: FloatArray, begins: Indices) -> NDArray[np.bool_]:
-        """Return flags (R,), True for paths in plan with a part inside the area; a hole is outside the area.
+        """Return flags (R,), True for paths in plan with a part inside the area.
+
+        A hole is outside the area. A path that only touches the outline has no part inside.
 
         points : (N, 2) m, the points of all paths, path after path; paths are straight between two points
         begins : (R,) index of the first point of each path
@@ -144,9 +148,10 @@ def outlines_for_places(areas: Mapping[str, Sequence[FloatArray]]) -> list[AreaO
 
 
 def reached_by(areas: Iterable[Sequence[FloatArray]], points: FloatArray, begins: Indices) -> NDArray[np.bool_]:
-    """Return flags (R,), True for paths that cross or touch an area of interest in plan.
+    """Return flags (R,), True for paths that cross or touch an area of interest, or lie inside one, in plan.
 
-    areas : rings (P, 2) or (P, 3) m of each area; a hole of an area counts as a part of the area
+    areas : rings (P, 2) or (P, 3) m of each area; a hole of an area counts as a part of the area; rings of fewer than
+        FEWEST_CORNERS (3) corners are ignored
     points : (N, 2) or (N, 3) m, the points of all paths, path after path; paths are straight between two points
     begins : (R,) index of the first point of each path
     """

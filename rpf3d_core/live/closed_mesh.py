@@ -11,9 +11,9 @@ from rpf3d_core.terrain.mesh.edges import edges_of
 
 
 def closed_mesh(mesh: Mesh, memory: Memory) -> tuple[Mesh, int]:
-    """Return a mesh after its narrow seams were closed (`terrain.closed_seams`), and the number of closed seams.
+    """Return a mesh after its narrow seams were closed, and the number of vertices at which seams were closed.
 
-    The vertices do not change.
+    The vertices do not change. Without narrow seams, the given mesh itself is returned (`terrain.closed_seams`).
 
     mesh : with consistent winding; memory : allocates the array of the triangles
     """

@@ -75,10 +75,10 @@ def least_in_total(first: Sequence[int], clusters: Sequence[IntArray], least: in
 def calibrated_elsewhere(
     sets: LiveSets | None, positions: FloatArray, origin: tuple[float, float, float], clusters: Sequence[IntArray]
 ) -> str:
-    """Return a sentence on the sources away from the place where the scene was calibrated; "" if there are few or none.
+    """Return a sentence on sources far from the place where the scene was calibrated; "" if there are few or none.
 
-    Sources that are away count if they are at least 5 % of their cluster. Clusters are tested one by one, so that many
-    sources at the calibrated place do not hide a few sources elsewhere.
+    "Far" is defined in `are_away`. Far sources count if they are at least 5 % of their cluster. Clusters are tested one
+    by one, so that many sources at the calibrated place do not hide a few sources elsewhere.
 
     sets : parameter sets of the scene, None without unknowns; positions : (S, 3) m, of the sources, map frame
     origin : m, survey coordinates of the origin of the map frame; clusters : as from `clusters_of`
@@ -115,7 +115,7 @@ class ClusterTally:
         self.over_sets: ClusterSets | None = None
 
     def count(self, deposits: Deposits, impacts: Impacts) -> None:
-        """Count the outcomes of the rocks of a block."""
+        """Count the outcomes of the rocks of a block, as a `Sink` of the stream; `impacts` is not used."""
         codes, counts = np.unique(deposits.outcome, return_counts=True)
         self.outcomes.update({Outcome(code): int(n) for code, n in zip(codes, counts, strict=True)})
 

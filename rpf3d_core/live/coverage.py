@@ -36,7 +36,7 @@ FEWEST_ROWS, MOST_ROWS = 5, 20
 def grounds_of(standing: PreparedTerrain, areas: Outlines) -> dict[str, AreaGround]:
     """Return the terrain below each area, by name.
 
-    The result for an outline is computed once for each terrain, and kept in `standing.area_grounds`.
+    The result for an area is computed once for each terrain, and kept in `standing.area_grounds`.
 
     areas : rings (P, 2) m, local frame
     """

@@ -16,10 +16,10 @@ def together(parts: Sequence[Evidence]) -> Evidence:
     parts : the evidence of each wall, at least one, the newest last
 
     The result has the areas of the newest part with areas. All numbers of rocks that decide on a level are scaled to
-    the part with the fewest rocks and rounded up, so the result is as uncertain as that part. The pooled numbers of
-    rocks, which are only displayed, are sums. The result has the stamps of the oldest trigger
-    and the oldest survey, the faults and notes of all parts, the total number of sources, and one digest of all
-    sources. The number of unfinished rocks is the largest of all parts. The newest part gives all other values.
+    the part with the fewest rocks and rounded up, so the result is as uncertain as this part. The pooled numbers of
+    rocks, which are only displayed, are sums. The result has the stamps of the oldest trigger and the oldest survey,
+    the faults and notes of all parts, the total number of sources, and one digest of all sources. The number of
+    unfinished rocks is the largest scaled number of all parts. The newest part gives all other values.
     """
     newest = parts[-1]
     if len(parts) == 1:
@@ -50,6 +50,8 @@ def _flown(part: Evidence) -> int:
 
 def worst_of(results: list[AreaEvidence], flown: int) -> AreaEvidence:
     """Return for one area the worst value of each figure in several results.
+
+    The number of clusters and the pooled numbers of rocks are sums. The outline is that of the last result.
 
     results : the results for the area, at least one; flown : number of rocks to which all numbers of rocks are scaled
     """
@@ -144,7 +146,7 @@ def _predictive_of(results: list[AreaEvidence], low: float, high: float) -> tupl
 
     low, high : ends (-) of this sampling interval
 
-    Both ends are None if no result is from parameter sets, or if a result from parameter sets has no interval.
+    Both returned ends are None if no result is from parameter sets, or if a result from parameter sets has no interval.
     """
     over = [(area.predictive_low, area.predictive_high) for area in results if area.sets]
     lows, highs = [end for end, _ in over if end is not None], [end for _, end in over if end is not None]
@@ -159,7 +161,8 @@ def _left_high_of(results: list[AreaEvidence], predictive_high: float | None) ->
     `left_high` is the upper end (-) of the share of rocks that reach an area, if every rock that left the terrain and
     may have reached the area had reached it.
 
-    None if `predictive_high` is None, or if a result from parameter sets lacks `left_high`.
+    The returned value is None if `predictive_high` is None, if no result is from parameter sets, or if a result from
+    parameter sets lacks `left_high`.
     """
     ends = [area.left_high for area in results if area.sets]
     known = [end for end in ends if end is not None]

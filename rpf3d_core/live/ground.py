@@ -4,8 +4,9 @@ A terrain is built from a whole survey in memory that no terrain in use occupies
 terrain. A patch changes the arrays of the terrain in use: no rock may fly over this terrain during the change, and the
 terrain from before the patch must not be used afterwards.
 
-Two parts of a terrain that share no vertex, called pieces in the code, can pass through each other only in a mesh
-survey. Grids and clouds have one height at each place in plan, and a patch removes all facets in its footprint.
+Parts of a terrain that share no vertex, called pieces in the code, may pass through each other in a mesh survey. Only a
+mesh survey is tested for such parts: clouds have one height at each place in plan, and so do grids, except at small
+folds (`live.plausible`). A patch removes all facets in its footprint.
 
 Only a mesh survey can have open seams; narrow ones are closed before the search structure is built. A patch is joined
 to the terrain at vertices of the patch and of the terrain, so it adds no T-junction.
@@ -75,7 +76,7 @@ class TerrainSurveys(NamedTuple):
 
 
 class Border(NamedTuple):
-    """The boundary of a terrain, with the caps that catch flights through gaps.
+    """The border of a terrain (boundary and rims of holes), with the caps that catch flights through gaps.
 
     sides : (B, 3, 3) m, sides of facets without a neighbour: begin, end, and third corner of the facet
     caps : triangles over the gaps that the sides enclose; never None, because flights would have to be compiled again
@@ -94,15 +95,16 @@ class LiveTerrain:
         engine is compiled, unless `Workshop` uses the reference engine
     digest : SHA-256 (hex) of the whole survey; after a patch, of the patch and the digest before the patch
     whole_digest : SHA-256 (hex) of the whole survey without patches, to notice that the same survey is published again;
-        "" if it is not known
+        "" if it is not known. A patch never changes this digest, not even a patch that replaces the whole terrain
     stamp_ns : stamp (ns) of the last survey or patch
-    received_ns : time (ns) when the terrain was built, by the machine's clock
-    whole_ns : stamp (ns) of the whole survey; a patch keeps this stamp, because the terrain around the patch stays old
+    received_ns : time (ns) when the terrain was built or last patched, by the machine's clock
+    whole_ns : stamp (ns) of the whole survey; a patch keeps this stamp, because the terrain around the patch stays old.
+        A patch that replaces the whole terrain counts as a whole survey
     patches : number of patches since the terrain was built from a whole survey
     locator : search structure over the facets; room : the memory of all arrays
     border : the sides of facets without a neighbour, and the caps over the gaps that these sides enclose
-    pieces : for each facet the number of its part of the mesh (parts share no vertex), and whether two parts can pass
-        through each other; never None, so that flights are compiled once
+    pieces : for each facet the number of its part of the mesh (parts share no vertex), if two parts can pass through
+        each other; else `APART`; never None, so that flights are compiled once
     changed : where the last patch changed the terrain; None if the terrain was built from a whole survey
     closed_seams : number of vertices at which seams of the whole survey were closed
     """
@@ -141,7 +143,7 @@ class Workshop:
     must_face_up : bool
         True to refuse a mesh if more of its facets face down than up; False to turn its facets over.
     tallest_face : float
-        m; a whole survey with a steep facet that is taller is refused (`live.plausible`).
+        m; a survey or patch with a steep facet that is taller is refused (`live.plausible`).
     """
 
     def __init__(
@@ -199,9 +201,9 @@ class Workshop:
     def patched(self, ground: LiveTerrain, patch: CloudSurvey | GridSurvey, stamp_ns: int = 0) -> LiveTerrain:
         """Return the terrain after a patch, that is a survey of a part of the terrain.
 
-        The result uses the memory of `ground`, so `ground` must not be used afterwards. The footprint of a patch is the
-        area that its triangles cover in plan; see `live.patching`. If no facet of `ground` stays, the result is built
-        from the patch alone in other memory, and `ground` is unchanged.
+        The result uses the memory of `ground`, so `ground` must not be used afterwards. `live.patching` describes which
+        facets a patch replaces. If no facet of `ground` stays, the result is built as a whole survey from the patch
+        alone, in other memory, and `ground` is unchanged.
 
         ground : the terrain before the patch; patch : the survey; stamp_ns : stamp of the patch (ns)
 
@@ -209,8 +211,8 @@ class Workshop:
         ------
         TerrainError
             The patch is too large, is not a terrain, has a steep facet that is too tall, folds over itself in plan,
-            does not touch the terrain, reaches far beyond the terrain, or cannot be joined to the terrain. The terrain
-            is then unchanged.
+            does not touch the terrain, reaches far beyond the terrain, has facets far wider than those of the terrain,
+            or cannot be joined to the terrain. The terrain is then unchanged.
         ValueError
             `ground` has been patched already; only the terrain after that patch is valid.
         """
@@ -249,7 +251,10 @@ class Workshop:
         self, indexed: IndexedTerrain, room: Room, border: Border, caps: CapFacets | CapLocator, pieces: PieceNumbers,
         surveys: TerrainSurveys, changed: Changed | None = None,
     ) -> LiveTerrain:  # fmt: skip
-        """Return the terrain with its engine; caps : the caps of the border, or their locator if it is known."""
+        """Return the terrain with a new engine, and register the terrain and the engine as users of the memory `room`.
+
+        caps : the caps of the border, or an existing locator over these caps
+        """
         terrain, facets, locator = indexed
         engine: Engine = Reference(facets, caps, pieces) if self._reference else Compiled(facets, locator, caps, pieces)
         ground = LiveTerrain(
@@ -320,7 +325,7 @@ def _laid_out(terrain: Terrain, room: Room, share: Share) -> Facets:
 
 
 def _border(sides: FloatArray, tolerance: float) -> Border:
-    """Return the boundary of a terrain with the caps over its gaps.
+    """Return the border of a terrain with the caps over its gaps.
 
     sides : (B, 3, 3) m, sides of facets without a neighbour: begin, end, and third corner of the facet
     tolerance : m, contact tolerance
@@ -329,7 +334,7 @@ def _border(sides: FloatArray, tolerance: float) -> Border:
 
 
 def _border_after(ground: LiveTerrain, change: PatchChange) -> Border:
-    """Return the boundary of a terrain after a patch; most patches change neither the boundary nor the caps."""
+    """Return the border of a terrain after a patch; most patches change neither its sides nor its caps."""
     sides = net_sides(ground.terrain.triangles[change.gone], change.triangles)
     if len(sides) == 0:
         return ground.border

@@ -1,4 +1,4 @@
-"""The present outline of each area of interest, and which evidence was made for a former outline of an area."""
+"""Record the current and the former outlines of areas of interest, to find evidence made for a former outline."""
 
 import hashlib
 import threading
@@ -13,9 +13,9 @@ from rpf3d_core.alerts.evidence import Evidence, Outdated
 from rpf3d_core.terrain.frame import FloatArray
 
 REMEMBERED = 10_000
-"""Largest number of former digests that are remembered for each area, and for the terrain.
+"""Largest number of digests, including the current digest, that are remembered for each area, and for the terrain.
 
-A digest that is no longer remembered counts as replaced when the watch began: evidence with this digest then causes a
+A digest that is no longer remembered counts as replaced when the history began: evidence with this digest then causes a
 fault immediately, which is safer than no fault.
 """
 
@@ -74,9 +74,9 @@ class DigestHistory:
     def replaced_ns(self, digest: str, made_ns: int) -> int | None:
         """Return the time (ns) at which a digest was replaced; None if it is the current digest.
 
-        If the digest was current in several periods, the last period that began before `made_ns` counts. If no period
-        began before `made_ns`, the first period counts. So evidence never counts as younger than its rocks, even if an
-        outline changes back and forth. An unknown digest counts as replaced at the beginning of the watch.
+        If the digest was current in several periods, the last period that began at or before `made_ns` counts. If every
+        period began later, the first period counts. So evidence never counts as younger than its rocks, even if an
+        outline changes back and forth. An unknown digest counts as replaced at the beginning of the history.
 
         made_ns : when (ns) the evidence with this digest was made
         """
@@ -90,7 +90,7 @@ class DigestHistory:
 
 
 class WatchedOutlines:
-    """The present and the former outlines of each watched area. Any thread may call the methods."""
+    """The current and the former outlines of each watched area. Any thread may call the methods."""
 
     def __init__(self) -> None:
         self._known: dict[str, DigestHistory] = {}
@@ -98,10 +98,11 @@ class WatchedOutlines:
         self._lock = threading.Lock()
 
     def watch(self, digests: Mapping[str, str], now_ns: int) -> None:
-        """Watch these areas, and no others, from now (ns) on; an outline that is watched already keeps its time.
+        """Replace the watched areas by the given areas; new and changed outlines are current from `now_ns` (ns) on.
 
-        The outlines of a removed area are remembered, and continue if the area is set again. So if an area is removed
-        and set repeatedly, its outline counts as replaced from the first change that no answer includes.
+        An unchanged outline keeps the time since which it is current. The history of a removed area is kept, and
+        continues if the area is added again. So if an area is removed and added repeatedly, its outline counts as
+        replaced from the first change that no answer includes.
 
         digests : for each area, by name, the digest of its outline
         """
@@ -118,13 +119,16 @@ class WatchedOutlines:
                 del self._removed[next(iter(self._removed))]
 
     def restart(self, now_ns: int) -> None:
-        """Forget all former outlines, and watch the present outlines from now (ns) on: earlier times are not valid."""
+        """Forget all former outlines; the current outlines count as current from `now_ns` (ns) on.
+
+        Call this if earlier times are no longer valid, for example because the clock was set back.
+        """
         with self._lock:
             self._removed = {}
             self._known = {name: DigestHistory(known.present, now_ns) for name, known in self._known.items()}
 
     def described(self, evidence: Evidence) -> Evidence:
-        """Return the evidence with `outlined_ns` set for each area: when (ns) the watch of its present outline began.
+        """Return the evidence with `outlined_ns` set for each area: the time (ns) since which its outline is current.
 
         `outlined_ns` is 0 for an area that is not watched.
         """

@@ -60,7 +60,8 @@ def change_of(
     patch : mesh in the terrain's local frame; facets, locator : facets and search structure of the terrain
     marks : (F,) all STAYS before the call; the function sets GOES for each facet that the patch removes
 
-    Raises TerrainError if the patch does not touch the terrain, folds over itself in plan, or cannot be joined to it.
+    Raises TerrainError if the patch does not touch the terrain, folds over itself in plan, has facets far wider than
+    those of the terrain, or cannot be joined to the terrain.
     """
     slack, corners = REACH * facets.tolerance, _corners(patch.vertices, patch.triangles)
     _check_sheet(corners)
@@ -93,7 +94,10 @@ def change_of(
 
 
 class _Found:
-    """The facets of the terrain that a patch touches (`gone`), and methods to compare places with the patch in plan."""
+    """The facets of the terrain that a patch touches (`gone`), and methods to compare places with the patch in plan.
+
+    Creating the object sets GOES in `marks` for the facets in `gone`.
+    """
 
     def __init__(
         self, terrain: Terrain, facets: Facets, locator: BucketLocator, marks: NDArray[np.uint8], patch: FloatArray,

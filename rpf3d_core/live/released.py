@@ -64,8 +64,8 @@ class Released:
 
     places : (S, 3) m, local frame; velocities : (S, 3) m/s
     diameters : (S,) m, NaN for the size of the scene's rocks; None if all rocks have the size of the scene's rocks
-    heights : (S,) m, height of each source above the highest ground below it; spread rocks start at the same height
-        above the ground at their own places; NaN for a source whose rocks are not spread
+    heights : (S,) m, height of each source above the highest ground at its place in plan; spread rocks start at the
+        same height above the ground at their own places; NaN for a source whose rocks are not spread in plan
     sound : (S,) True for sources that release rocks; left_out : a sentence on the other sources, "" if there are none
     doubtful : a sentence on sound sources that are too far from the ground, "" if there are none
     around : how rocks are spread around each source
@@ -84,7 +84,7 @@ class Released:
     def highest(self) -> float:
         """Upper bound of the height of the releases (m, local frame), from which the bins of the maps are chosen.
 
-        The bound is right only if the ground under spread rocks is no higher than at their source.
+        The bound holds only if the ground under spread rocks is no higher than their source.
         """
         return float(np.nanmax(self.places[:, 2] + np.nan_to_num(self.heights), initial=-np.inf))
 

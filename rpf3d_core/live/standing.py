@@ -1,6 +1,7 @@
 """Prepare a terrain once for many answers, so that an answer takes only the time to fly its rocks.
 
-Only `stand_on`, called once for each terrain, takes longer for a larger terrain.
+Work that takes longer for a larger terrain is done once for each terrain: in `stand_on`, and in `PreparedTerrain.cells`
+on first use. After a patch, `stand_after` computes only the changed part again.
 """
 
 import math
@@ -145,7 +146,9 @@ class PreparedTerrain:
     def empty_tallies(
         self, outlines: Outlines, fastest: float, highest: float, diameters: FloatArray | None
     ) -> Tallies:
-        """Return empty counts for the maps of a new answer, in the memory of the previous answer's counts.
+        """Return empty counts for the maps of a new answer, in the memory of the previous answer's counts (`tallies`).
+
+        The new counts replace `tallies`; do not use the counts of the previous answer afterwards.
 
         outlines : of all areas of interest, as from `areas_with`
         fastest, highest : upper bounds of the speed (m/s) and height (m, local frame) at release
@@ -198,7 +201,8 @@ def stand_on(ground: Surveyed, scene: Scene) -> PreparedTerrain:
     Raises
     ------
     InputError
-        A zone of the terrain has no material, an area of interest lies off the terrain, or the maps are too large.
+        A zone of the terrain has no material, an area of interest lies off the terrain, the maps are too large, or a
+        parameter set of the scene is refused.
     """
     terrain, engine, facets = ground.terrain, ground.engine, ground.facets
     (flight, sets), raster = _flights(scene, terrain), scene_raster(scene, terrain, (facets.low, facets.high))

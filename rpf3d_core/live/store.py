@@ -48,7 +48,7 @@ class StoredSurveys(NamedTuple):
     def age_s(self, now_ns: int | None = None) -> float:
         """Return the time (s) since the terrain was last built or patched, by the machine's clock; never below 0.
 
-        now_ns : present time (ns), None to read the clock
+        now_ns : current time (ns), None to read the clock
         """
         now = time.time_ns() if now_ns is None else now_ns
         return max(now - self.pieces[-1].received_ns, 0) / 1e9
@@ -147,8 +147,8 @@ class Store:
         ground : the new terrain; survey : the whole survey that the terrain was built from, or the last patch
         is_patch : True if the survey is a patch; a patch that replaced the whole terrain is stored as a whole survey
 
-        After `most_patches` patches, or if a survey is missing on disk, the terrain is copied and stored whole. The
-        copy takes some hundredths of a second.
+        A patched terrain is copied and stored whole after `most_patches` patches, if a survey is missing on disk, or if
+        no survey has been stored yet. The copy takes some hundredths of a second.
         """
         follows = ground.patches > 0 and self._patches < self._most and self._last and not self._gap
         upon = self._last if follows else ""

@@ -57,7 +57,7 @@ def bodies_as_drawn(surfaces: list[DrawnBodySurface]) -> DrawnBodyMaterials:
 def drawn_body_surface(materials: DrawnBodyMaterials, zone: int, rock: RockContext) -> Surface:
     """Return the ground properties of a zone for a rock with a shape: the rule of `surface_of` for drawn materials.
 
-    The properties are drawn once per rock, or for the rock's next impact if the zone has `per_impact`.
+    The coefficients are drawn once per rock, or for the rock's next impact if the zone has `per_impact`.
     """
     number = rock.impacts + 1 if materials.per_impact[zone] else 0
     return Surface(

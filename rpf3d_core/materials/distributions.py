@@ -17,11 +17,14 @@ FIXED, UNIFORM, NORMAL, LOGNORMAL, POWER_LAW, WEIBULL, TRIANGULAR = range(7)
 """The kinds of distributions (`Distribution.kind`), as numbers that compiled code can compare."""
 
 RAREST = 2.0**-54
-"""Number that replaces the uniform number 0 where 0 would give an infinite result: half the smallest other number."""
+"""Replacement of the uniform number 0 where 0 would give an infinite result: half of the smallest number above 0."""
 COMMONEST = 1.0 - 2.0**-53
 """Largest float (-) below 1, and so the largest probability for which a Weibull number is finite."""
 LARGEST_EXPONENT = 700.0
-"""Exponent above which a Weibull probability is 1 and its terms would overflow."""
+"""Largest value of ln((x / scale)^shape) for which a Weibull probability is computed.
+
+A larger value would overflow; the probability is then 1 to rounding.
+"""
 FEW = 5_000
 """Largest number of draws for which plain Python is used, because it takes less time than compiling the loop.
 

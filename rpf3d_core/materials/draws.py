@@ -25,7 +25,7 @@ PURPOSES = (
 )  # fmt: skip
 """Purpose of the random number of each coefficient, in the order of COEFFICIENTS."""
 COEFFICIENTS = ("R_n", "R_t", "friction_angle", "rolling_friction")
-"""Names of the ground coefficients that may be drawn at random, in the order of the columns."""
+"""Names of the ground coefficients that may be drawn at random, in the order of `DrawnMaterials.kind`."""
 RADIANS = math.pi / 180.0
 
 
@@ -112,7 +112,7 @@ def drawn_columns(surfaces: Sequence[Drawn]) -> dict[str, Any]:
 def drawn_surface(materials: DrawnMaterials, zone: int, rock: RockContext) -> Surface:
     """Return the ground properties of a zone for a rock: the rule of `surface_of` for drawn materials.
 
-    The properties are drawn once per rock, or for the rock's next impact if the zone has `per_impact`.
+    The coefficients are drawn once per rock, or for the rock's next impact if the zone has `per_impact`.
     """
     number = rock.impacts + 1 if materials.per_impact[zone] else 0
     R_n = coefficient(materials, zone, rock, number, 0)

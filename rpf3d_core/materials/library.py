@@ -46,6 +46,7 @@ def surface_of(materials: object, zone: int, rock: RockContext) -> Surface:
     """Return the ground properties of a zone for a rock's next impact.
 
     A rule computes the properties for each type of `materials`; they are fixed, or drawn at random for the rock.
+
     materials : `Materials`, `DrawnMaterials` or `DrawnBodyMaterials`; zone : number of the zone
     """
 

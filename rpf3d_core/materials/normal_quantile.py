@@ -48,7 +48,7 @@ F: Coefficients = (
 def normal_quantile(p: float) -> float:
     """Return the value z (-) below which a standard normal number lies with the probability p, 0 < p < 1.
 
-    With a uniform random number p, the result is a normal random number.
+    With a uniform random number p, the result is a normal random number. For p <= 0 the result is -inf, for p >= 1 inf.
     """
     q = p - 0.5
     if abs(q) <= CENTRE:

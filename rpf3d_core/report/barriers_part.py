@@ -58,15 +58,17 @@ def barriers_part(barriers: dict[str, Any]) -> Iterator[Element]:
 
 
 def worst_of(found: dict[str, Any]) -> dict[str, Any]:
-    """Return the section of a barrier, in which each figure is that of the source that is worst for the figure.
+    """Return the section of a barrier with its worst figures, each of the source that is worst for this figure.
 
-    found : section in summary.json
+    Without `worst_source` in the section, as in a scene with a single source, the section is returned unchanged.
+
+    found : section of the barrier in summary.json
     """
     return {**found, **found.get("worst_source", {})}
 
 
 def from_of(figure: dict[str, Any]) -> str:
-    """Return the source of a figure of `worst_of` as text, such as `, from crest`; "" if it is of all rocks."""
+    """Return the source of a figure of `worst_of` as text, such as `, from crest`; "" for a figure of all rocks."""
     return f", from {figure['source']}" if figure.get("source") else ""
 
 

@@ -1,4 +1,4 @@
-"""Warn about input files that have changed since the run, because the report then shows results of the former files."""
+"""Warn about input files that have changed since the run, because a report shows the results of the former files."""
 
 from collections.abc import Iterator
 from pathlib import Path

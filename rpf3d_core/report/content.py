@@ -83,8 +83,9 @@ PICTURES = (
     ((ENERGY, "95th percentile of the energy in each cell. It may be larger than the p95 energy of the cell's zone, "
       "because it counts only the rocks that reached the cell, often few."),),
 )  # fmt: skip
-"""Pictures of the run that a report shows: for each picture, possible files with captions; the first existing file is
-shown, if no picture before shows it.
+"""Pictures of the run that a report shows: for each picture, possible files with captions.
+
+The first existing file is shown, unless an earlier picture shows the same file.
 """
 LIMITS = (
     "The results describe rocks after a release. They say nothing about how often rocks are released.",
@@ -226,7 +227,9 @@ def _answer(run: RunFiles, toes: SourceToes) -> list[Element]:
 
 
 def _worst(run: RunFiles, kind: str) -> dict[str, dict[str, Any]]:
-    """Return the sections of all zones or areas by name; with several sources, each figure is of its worst source.
+    """Return the sections of all zones or areas in summary.json, by name.
+
+    With several sources, each figure is that of the source that is worst for this figure.
 
     kind : key in summary.json, `benches` for zones or `areas_of_interest`
     """
@@ -234,7 +237,7 @@ def _worst(run: RunFiles, kind: str) -> dict[str, dict[str, Any]]:
 
 
 def _from(place: dict[str, Any], figure: str) -> str:
-    """Return the source of a figure as text, such as `, from crest`; "" if the figure is of all rocks.
+    """Return the source of a figure as text, such as `, from crest`; "" for a figure of all rocks.
 
     place : from `_worst`; figure : `source` (of the shares reached and stopped), `retained_source` or `energy_source`
     """
@@ -345,7 +348,7 @@ def _trimmed(path: Path) -> bytes:
 
 
 def _benches(run: RunFiles) -> Iterator[Element]:
-    """Yield the tables of the shares of rocks that reach each zone and area, or stop there, and of the p95 energies."""
+    """Yield tables on the areas and the zones that rocks reached: shares reached, shares retained and p95 energies."""
     places = {name: bench for name, bench in _worst(run, "benches").items() if bench["reached"]["rocks"]}
     places |= {f"{name} (area)": area for name, area in _worst(run, "areas_of_interest").items()}
     yield Heading("Retention of each bench")

@@ -14,7 +14,7 @@ from rpf3d_core.report.words import figure_cells, metres
 from rpf3d_core.terrain.faces import LOWEST, STEEP
 
 HELD = (50, 75, 90, 95)
-"""Percentages of the rocks; for each percentage, a report states the distance beyond the toe within which they stop."""
+"""Percentages of the rocks; for each, a report states the distance beyond the toe within which this share stops."""
 MOST_SOURCES = 12
 """Largest number of sources in the table of distances; more sources do not fit a page."""
 OF_WORST = (
@@ -38,7 +38,8 @@ def distances_part(run: RunFiles, toes: SourceToes) -> Iterator[Element]:
     """Yield the table of the distances beyond the toe within which 50, 75, 90 and 95 % of the rocks stop.
 
     With several sources, each distance is that of the source whose rocks stop clearly farther than all rocks, if there
-    is one; a second table has the distances of the sources. If too few rocks have a toe, a sentence replaces the table.
+    is one; a second table has the distances of the sources. If too few of all rocks have a toe, a sentence states this.
+    The tables then follow only if enough rocks of a source have a toe.
     """
     beyond, far = toes.together, {p: farthest(toes, p) for p in HELD}
     yield Heading("Distance from the toe")
@@ -63,7 +64,8 @@ def distances_part(run: RunFiles, toes: SourceToes) -> Iterator[Element]:
 def _of_sources(run: RunFiles, toes: SourceToes) -> Iterator[Element]:
     """Yield the table of the distances within which 90 % of the rocks of each source stop, the largest first.
 
-    Nothing is yielded for a single source.
+    The table has at most MOST_SOURCES (12) sources. Nothing is yielded for a single source, or if no source has enough
+    rocks with a toe.
     """
     if not toes.enough:
         return

@@ -36,7 +36,7 @@ class Warnings(NamedTuple):
 
 
 NUMBER_AND_UNIT = re.compile(r"(?<=\d) (?=(?:kJ|km|m2|m3|m|mm|cm|s|kg|t|%)(?![\w/]))")
-"""The space between a number and its unit."""
+"""Pattern of the space between a number and its unit."""
 
 
 def unbroken(cell: str) -> str:

@@ -59,9 +59,9 @@ class FencePlace(NamedTuple):
 
 
 def shares_beyond(beyond: BeyondToe, sets: int, distance: FloatArray) -> list[ResultWithIntervals]:
-    """Return the share (-) of rocks with a toe that pass each distance (D,) m beyond the toe, with its 95 % intervals.
+    """Return the share (-) of rocks with a toe that pass each distance beyond the toe, with its 95 % intervals.
 
-    sets : number of parameter sets, 0 without unknowns
+    sets : number of parameter sets, 0 without unknowns; distance : (D,) m, in ascending order
     """
     over = beyond.distance[:, None] > distance
     counts, total = over.sum(axis=0), len(beyond.distance)
@@ -101,7 +101,8 @@ def never_rising(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatAr
 
     An upper end becomes at least each upper end after it, and a lower end at most each lower end before it.
 
-    low, high : (D,) ends, such as shares (-), in the order of the quantity; NaN where an end is unknown, which stays so
+    low, high : (D,) lower and upper ends of the intervals, such as shares (-), in the order in which the quantity does
+        not rise; an unknown end is NaN, and stays NaN
     """
     lowest = np.where(np.isnan(low), np.nan, np.fmin.accumulate(low))
     highest = np.where(np.isnan(high), np.nan, np.fmax.accumulate(high[::-1])[::-1])

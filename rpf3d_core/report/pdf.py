@@ -140,7 +140,7 @@ def _height(png: bytes, width: float) -> float:
 
 
 def _picture(number: int, height: float, caption: str) -> str:
-    """Return a picture as typst; height : mm.
+    """Return a picture as typst; number : of the element; height : of the picture (mm).
 
     A mark before the picture records the position (mm) on the page. The mark stays on this page even if the picture
     does not fit there and moves to the next page.

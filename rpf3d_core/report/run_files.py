@@ -264,7 +264,7 @@ def _columns(table: pa.Table, names: tuple[str, ...]) -> FloatArray:
 
 
 class ImpactRows(NamedTuple):
-    """I impacts, ordered by rock and time.
+    """The I impacts of a run, ordered by rock and time.
 
     row : (I,) row of the rock in `Ends`; t : (I,) s; x : (I, 3) m
     speed_in, speed_out : (I,) m/s, before and after the impact

@@ -83,7 +83,7 @@ def _crossings(run: RunFiles, section: CriticalSection, panel: dict[str, Any]) -
 
 
 def barrier_lines(run: RunFiles, panel: dict[str, Any]) -> list[FloatArray]:
-    """Return the lines (P, 2) m of a barrier in the local frame; [] if the file of its line cannot be read.
+    """Return the lines of a barrier, each (P, 2) m in the local frame; [] if `lines_along` refuses them.
 
     panel : values of the barrier, from `panels_of`
     """

@@ -53,7 +53,7 @@ def section_part(run: RunFiles, toes: SourceToes, section: CriticalSection | Non
 
 
 def _section_png(run: RunFiles, beyond: BeyondToe, section: CriticalSection, source: str) -> bytes:
-    """Return the picture of the critical section as PNG; source : whose rocks `beyond` has, "" for all rocks."""
+    """Return the picture of the critical section as PNG; source : name of the source of `beyond`, "" for all rocks."""
     from rpf3d_core.results.plots.section import SectionDrawing, section_figure
 
     zero = section.toe if np.isfinite(section.toe) else 0.0

@@ -26,8 +26,8 @@ from rpf3d_core.terrain.frame import FloatArray
 def fence_places(run: RunFiles, toes: SourceToes, choices: Sequence[Segments]) -> list[FencePlace]:
     """Return the places for fences with the figures for design; [] if too few rocks have a toe.
 
-    The places reach as far as the rocks of the source that stop farthest, if clearly farther than all rocks. If too few
-    of all rocks have a toe, but enough rocks of a source, the figures are those of this source.
+    If the rocks of a source stop clearly farther than all rocks (`farthest`), the places reach as far as the rocks of
+    this source. If too few of all rocks have a toe, but enough rocks of a source, the figures are those of this source.
 
     choices : possible path segments, from `segments_of`
     """
@@ -44,7 +44,7 @@ def fence_places(run: RunFiles, toes: SourceToes, choices: Sequence[Segments]) -
 def with_worst_sources(
     run: RunFiles, toes: SourceToes, choices: Sequence[Segments], places: Sequence[FencePlace]
 ) -> list[FencePlace]:
-    """Return places for fences, with each figure of the source that is worst for it.
+    """Return places for fences in which each figure is that of the source that is worst for this figure.
 
     - `passed`: the source with the largest lower end, if it is clearly worse than all rocks (`hazard.by_source.worst`).
     - `energy`, `height`: the largest p95 of all sources with 20 rocks at the place, and of all rocks together.
@@ -62,7 +62,10 @@ def with_worst_sources(
 
 
 def _with_passed(run: RunFiles, toes: SourceToes, places: Sequence[FencePlace]) -> list[FencePlace]:
-    """Return places with the largest share of rocks that pass, if it is clearly that of a source."""
+    """Return places in which the share of rocks that pass is the share of the worst source.
+
+    At places where no source is clearly worse than all rocks, the share of all rocks is kept.
+    """
     at, numbers = np.array([place.distance for place in places]), toes.enough
     each = toes.distances
     counts = Counts(
@@ -79,9 +82,11 @@ def _with_passed(run: RunFiles, toes: SourceToes, places: Sequence[FencePlace]) 
 
 
 def _with_energy(run: RunFiles, toes: SourceToes, segments: Segments, place: FencePlace) -> FencePlace:
-    """Return a place with the largest p95 energy of a source, if it is above that of all rocks.
+    """Return a place with the largest p95 energy of a source, if this energy is above that of all rocks.
 
-    segments : from which the energies follow
+    Otherwise the place is returned unchanged.
+
+    segments : path segments from which the energies are computed
     """
     number = _largest(_p95(run, toes, segments, place.distance, height=False), place.energy)
     if number == ALL:
@@ -93,9 +98,11 @@ def _with_energy(run: RunFiles, toes: SourceToes, segments: Segments, place: Fen
 def _with_height(
     run: RunFiles, toes: SourceToes, segments: tuple[Segments, Segments], place: FencePlace
 ) -> FencePlace:
-    """Return a place with the largest p95 height of a source, if it is above that of all rocks.
+    """Return a place with the largest p95 height of a source, if this height is above that of all rocks.
 
-    segments : from which the heights follow; the second is used for sources whose height is unknown from the first
+    Otherwise the place is returned unchanged.
+
+    segments : two choices of path segments; the second is used for sources whose height is unknown from the first
     """
     first, second = segments
     heights = _p95(run, toes, first, place.distance, height=True)
@@ -124,7 +131,7 @@ def _largest(each: FloatArray, together: ResultWithIntervals) -> int:
 def _p95(run: RunFiles, toes: SourceToes, segments: Segments, distance: float, height: bool) -> FloatArray:
     """Return the p95 energy (N,) J or height (N,) m of the rocks of each source that pass a distance (m).
 
-    NaN for fewer than 20 rocks, and for sources of which too few rocks have a toe.
+    The result is NaN for fewer than 20 rocks, and for sources with too few rocks that have a toe.
 
     height : True for the height, False for the energy
     """

@@ -27,7 +27,7 @@ class SourceToes(NamedTuple):
     """The distances beyond the toe of all rocks together, and of the rocks of each of N sources.
 
     names : (N,) of the sources; together : of all rocks
-    known : of all rocks whose toe was searched: those of `together`, and further rocks of sources with few rocks
+    known : of all rocks whose toe was searched: those of `together`, and further rocks of each source
     of : (N,) number of rocks of each source whose toe was searched
     """
 
@@ -48,7 +48,7 @@ class SourceToes(NamedTuple):
 
     @property
     def enough(self) -> list[int]:
-        """The numbers of the sources of which enough rocks have a toe to state distances; [] for a single source."""
+        """The numbers of the sources with enough rocks that have a toe to state distances; [] for a single source."""
         if len(self.names) < 2:
             return []
         count = np.bincount(self.known.source, minlength=len(self.names))
@@ -56,7 +56,7 @@ class SourceToes(NamedTuple):
 
     @property
     def distances(self) -> list[FloatArray]:
-        """The distances (n,) m beyond the toe of the rocks of each source in `enough`."""
+        """The distances beyond the toe of the rocks of each source in `enough`: a list of arrays (n,) m for n rocks."""
         found = {int(self.known.source[mine[0]]): mine for mine in rows_of_sources(self.known.source)}
         return [self.known.distance[found[number]] for number in self.enough]
 
@@ -83,9 +83,9 @@ def source_toes(run: RunFiles) -> SourceToes:
 def farthest(toes: SourceToes, wanted: int) -> int:
     """Return the number of the source whose rocks stop clearly farther from the toe than all rocks; ALL if none does.
 
-    These are sources of which clearly more rocks pass the distance within which `wanted` % of all rocks stop. Of them,
-    the source with the largest such distance of its own rocks is selected. If the distance of all rocks is unknown,
-    because few have a toe, the source with the largest distance is selected.
+    The rocks of a source stop clearly farther if clearly more of them pass the distance within which `wanted` % of all
+    rocks stop. Of several such sources, the source whose own rocks have the largest distance is selected. If too few of
+    all rocks have a toe, the source with the largest distance is selected among all sources in `enough`.
 
     wanted : a percentage of the rocks, such as 90
     """

@@ -32,7 +32,7 @@ NEAR = 50.0
 LEAST_REACH = 10.0
 """Smallest length (m) of the line on which the toe of a rock is searched."""
 SHORTEST = 1.0
-"""Runout (m) below which a rock gets the mean direction of all rocks in place of its own direction."""
+"""Runout (m) below which a rock gets the mean direction of the rocks of its source in place of its own direction."""
 BEYOND = 1e9
 """Value (m) in place of the distance of a rock that did not stop, or of an unknown height; larger than any terrain."""
 FEWEST_WITH_TOE, LEAST_WITH_TOE = 20, 0.05
@@ -107,7 +107,7 @@ def enough_with_toe(count: NDArray[np.int64], searched: NDArray[np.int64]) -> ND
 
 
 def evenly_spread(rocks: int, most: int) -> NDArray[np.int64]:
-    """Return the numbers of at most `most` rocks, evenly spread over all rocks; rocks : number of all rocks."""
+    """Return the numbers (N,), from 0, of at most `most` rocks, evenly spread over all; rocks : number of all rocks."""
     return np.unique(np.linspace(0, rocks - 1, most).astype(np.int64))
 
 
@@ -163,7 +163,8 @@ def _shift(run: RunFiles, rows: NDArray[np.int64], along: FloatArray) -> FloatAr
 def directions(ends: Ends) -> FloatArray:
     """Return the unit vector (N, 2) in plan from the release to the end of each rock.
 
-    Rocks with a runout below SHORTEST get the mean direction of all rocks of their source; (1, 0) if none has moved.
+    Rocks with a runout below SHORTEST (1 m) get the mean direction of all rocks of their source, or (1, 0) if no rock
+    of the source has moved.
     """
     way = ends.end[:, :2] - ends.release[:, :2]
     length = np.linalg.norm(way, axis=1)

@@ -36,8 +36,10 @@ LIGHT = np.array([-0.5, 0.5, 0.7071])
 """Direction (3,) towards the light: unit vector, local frame."""
 UNLIT = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0, "fresnel": 0.0}
 EYE, LOWER = 1.25, 0.08
-"""Distance of the eye from the terrain, and of the point that it looks at below the middle of the terrain: as multiples
-of the diagonal of the terrain's box."""
+"""Distance of the eye from the middle of the terrain, and depth below this middle of the point that the eye looks at.
+
+Both are multiples of the diagonal of the terrain's box.
+"""
 ABOVE_MAPS = 1.3
 """Height of the outlines of areas above the ground, as a multiple of the distance of the hazard maps."""
 PATH, AREA, BARRIER, CRITICAL = "#10203a", "#0059bf", "#008577", "#d1480f"
@@ -91,7 +93,7 @@ def view_html(
     """Return the 3D view of a report as an HTML fragment, without the script of plotly that the fragment needs.
 
     seen : the terrain of the view, from `terrain_seen`
-    looking : (2,) unit vector in plan, in which the rocks travel; the view looks in the opposite direction
+    looking : (2,) unit vector in plan, the mean direction of the rocks; the view looks in the opposite direction
     critical : the rock of the critical section, as (source, rock, fragment); None if there is none
     maps : the hazard maps, from `maps_seen`; None to make them here
 
@@ -296,7 +298,7 @@ def _areas(go: Any, run: RunFiles, seen: Seen, looking: FloatArray) -> Iterator[
     """Yield the outline of each area of interest as a plotly line with its name, just above the hazard maps.
 
     go : module plotly.graph_objects
-    looking : (2,) unit vector in plan, in which the rocks travel; the name is at the point that is nearest to the eye
+    looking : (2,) unit vector in plan, the mean direction of the rocks; the name is at the point nearest to the eye
     """
     gap = np.full((1, 3), np.nan)
     for name, rings in run.areas.items():
@@ -319,7 +321,7 @@ def _layout(run: RunFiles, seen: Seen, looking: FloatArray) -> dict[str, Any]:
     The legend is below the view, because it would hide the rocks in a narrow window. The eye is so far away that the
     whole terrain and the titles of its axes are in the view.
 
-    looking : (2,) unit vector in plan, in which the rocks travel; the eye looks in the opposite direction
+    looking : (2,) unit vector in plan, the mean direction of the rocks; the eye looks in the opposite direction
     """
     titles = [
         f"{axis} - {origin:,.0f} (m)" for axis, origin in zip(("E", "N", "z"), run.terrain.frame.origin, strict=True)

@@ -68,7 +68,8 @@ def interval(ends: Ends, words: Words) -> str:
     """Return an interval as text, rounded outward; if only one end is known, "at least ..." or "at most ...".
 
     An end with the text FARTHER counts as an end that is not known. If no end is known, the result is the text of the
-    lower end: UNKNOWN or FARTHER. A lower end of 0 shows nothing, because no length and no energy is below 0.
+    lower end: UNKNOWN or FARTHER. A lower end of 0 gives no "at least", because no length and no energy is below 0: the
+    result is then UNKNOWN or, with FARTHER as upper end, "0.0 m to farther than known".
 
     ends : lower and upper end, None for an unknown end, or None if both are unknown
     words : function that turns a number into text with its unit, such as `metres`

@@ -1,4 +1,4 @@
-"""Recognise the folder of a calibration where the folder of a run is needed, and make the text of the error message."""
+"""Recognise the folder of a calibration that was given in place of the folder of a run, for an error message."""
 
 from pathlib import Path
 
@@ -17,9 +17,11 @@ def is_calibration(folder: Path) -> bool:
 
 
 def words_on_calibration(folder: Path) -> str:
-    """Return the second part of an error message: "is the folder of ...", which follows the path of this folder.
+    """Return the second part of an error message, "is the folder of ...", which follows the path of this folder.
 
-    The text states whether the calibration is finished, refused or unfinished, and which command to use instead.
+    The text states whether the calibration is finished, refused or unfinished, and what the user can do instead.
+
+    folder : the folder of a calibration (`is_calibration`)
     """
     if (folder / CALIBRATED).is_file():
         return (f"is the folder of a calibration, not of a run; its report is {folder / REPORT}; fly the "

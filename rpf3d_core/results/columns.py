@@ -1,4 +1,4 @@
-"""The columns that several tables of a run share, as arrays by name, with their units."""
+"""Make the columns that several tables of a run share, and state the units of columns."""
 
 import numpy as np
 from numpy.typing import NDArray

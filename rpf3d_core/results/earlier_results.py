@@ -57,7 +57,9 @@ def read_summary(folder: str | Path) -> dict[str, Any]:
 
 
 def stops_by_zone(folder: str | Path) -> Iterator[tuple[str, float]]:
-    """Yield name of the zone, and z (m, input's coordinates), of the place where each rock stopped or was caught.
+    """Yield, for each rock that stopped or was caught, the zone and the coordinate z (m) of the place.
+
+    The coordinate is that of the input, so it is the height only if z points up in the input.
 
     Raises
     ------

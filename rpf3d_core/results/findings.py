@@ -55,7 +55,7 @@ class Run:
 
     @property
     def faults(self) -> FaultReport:
-        """The contents of the terrain's mesh and the faults found in it, which may or may not have been repaired."""
+        """The report on the terrain's mesh: its size, and the faults that were found, some of which were repaired."""
         return self.prepared.faults
 
     @cached_property

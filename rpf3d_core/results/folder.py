@@ -40,7 +40,7 @@ RESULT_NAMES = {
     SUMMARY, INPUTS, "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",
     CRITICAL, "profiles", "map.png", "hazard", "convergence.png", "run.rrd", "parameter_sets.parquet", *PRICE_LIST,
 }  # fmt: skip
-"""Names of the files of a result folder; a folder that contains any other file is never replaced."""
+"""Names of the files and folders in a result folder; a folder that contains anything else is never replaced."""
 
 
 @contextmanager
@@ -143,7 +143,7 @@ def _replace(target: Path, part: Path) -> None:
 
 
 def write_all_tables(folder: Path, findings: Run) -> None:
-    """Write deposits.csv and impacts.parquet of a run that kept all rocks in memory."""
+    """Write deposits.csv of a run that kept all rocks in memory, and impacts.parquet if the scene asks for it."""
     scene, sources = findings.scene, [source.name for source in findings.scene.sources]
     place = (folder, sources, findings.terrain, scene.rock.density)
     with tables.open_tables(*place, scene.outputs.impacts, findings.obstacles, findings.maps.spins) as sink:
@@ -153,8 +153,9 @@ def write_all_tables(folder: Path, findings: Run) -> None:
 def write_findings(folder: Path, findings: Run, record: Record | None = None, painting: Painting | None = None) -> None:
     """Write all files of a result into an existing folder, except deposits.csv and impacts.parquet.
 
-    The pictures are drawn first, because a second process may draw them while this process writes the other files. The
-    summary is written last because it states how long the other files took.
+    Pictures are written only if the scene asks for them. They are drawn first, because a second process may draw them
+    while this process writes the other files. The summary is written last, because it states how long the other files
+    took.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""List the files that a run read, with their digests, so that a report can compare them with the present files."""
+"""List the files that a run read, with their digests, so that a report can compare them with the current files."""
 
 from rpf3d_core.scene.files import digest_of_file, files_of
 from rpf3d_core.scene.model import Scene

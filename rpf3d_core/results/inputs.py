@@ -45,7 +45,7 @@ def write_inputs(folder: Path, run: Run) -> None:
 def inputs_section(run: Run) -> dict[str, Any]:
     """Return the content of inputs.json: the scene as it was run, the origin of its values, and the run's warnings.
 
-    All values are of types that JSON supports. The key `date` has the present time, local, with its offset from UTC.
+    All values are of types that JSON supports. The key `date` has the current local time, with its offset from UTC.
     The key `outlines` has the outline of each area of interest as closed rings of points (x, y) m in the input's
     coordinates, because the key `scene` does not have these points if the scene names a file of the outline.
     """
@@ -91,7 +91,7 @@ def _ground(run: Run) -> str:
 
 
 def ground_known_by(scene: Scene) -> str:
-    """Return the basis of the coefficients of a scene's ground, as one of four constants.
+    """Return the origin of the coefficients of a scene's ground, as one of four constants.
 
     ASSUMED : single values; RANGES : ranges from books or estimates; CALIBRATED : the sample of a calibration only
     PARTLY : the sample of a calibration, and further ranges

@@ -23,9 +23,9 @@ def warnings_of_run(run: Run) -> list[str]:
 def doubts_of_run(run: Run) -> list[str]:
     """Return the warnings that the figures of a run may be wrong or less certain than they look.
 
-    The order of the warnings: sources that others hide and sources with few rocks, parameter sets with unequal numbers
-    of rocks, misplaced inputs, sources in the air and outlines partly off the terrain, rocks lost to holes, faults of
-    the terrain, settings of the scene, speeds, fragments.
+    The order of the warnings: sources whose figures are worse than those of all rocks together, sources with few rocks,
+    parameter sets with unequal numbers of rocks, misplaced inputs, sources in the air or with unused points, outlines
+    partly off the terrain, rocks lost to holes, faults of the terrain, settings of the scene, speeds, fragments.
     """
     totals = run.totals
     return [

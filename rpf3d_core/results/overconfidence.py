@@ -63,7 +63,7 @@ MISFIT_LEFT_OUT_AT_BARRIERS = "the misfit of the model, because paths at barrier
 
 
 def surer_than_it_may_be(run: Run) -> list[str]:
-    """Return the reasons why the results of a run look surer than they are, as sentences; empty without reasons."""
+    """Return the reasons why the results of a run look more certain than they are, as sentences; [] without reasons."""
     return [
         *_of_the_ground(run), *_of_places(run), *_of_areas(run), *_of_barriers(run), *_of_paths(run),
         *_of_releases(run), *_of_cells(run), *_of_energies(run),
@@ -71,7 +71,10 @@ def surer_than_it_may_be(run: Run) -> list[str]:
 
 
 def _of_the_ground(run: Run) -> Iterator[str]:
-    """Yield sentences on coefficients of the ground that are assumed or not calibrated here, and on the misfit."""
+    """Yield sentences on coefficients of the ground that are assumed or not calibrated on this slope.
+
+    Further sentences are on the misfit, the warnings of the calibration, and parameter sets that have not flown.
+    """
     spec = run.scene.unknowns
     if not run.scene.has_unknowns or spec is None:
         yield ("every coefficient counts as known, so no interval includes the uncertainty of the ground; "
@@ -141,7 +144,7 @@ def _outside_sample(run: Run) -> tuple[str, ...]:
 
 
 def _counted_as_known(run: Run) -> list[str]:
-    """Return the key paths of the ground's coefficients that are not unknowns: they have one value in all sets."""
+    """Return the key paths of the ground's coefficients that have the same value in all parameter sets."""
     from rpf3d_core.setup.unknowns import counted_as_known  # imported only if the scene has unknowns
 
     return counted_as_known(run.scene, run.terrain.zones)

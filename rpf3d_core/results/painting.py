@@ -25,7 +25,7 @@ PAINTER = ("rpf3d_core.results.plots.run", "Painter")
 class Painting:
     """The pictures of one run: call `begin`, `draw` and `wait` in this order.
 
-    Without a second process, `draw` draws the pictures in this process.
+    If there is no second process, or if it has not started in time, `draw` draws the pictures in this process.
 
     waited_s : wall time (s) that `wait` took
     """
@@ -89,7 +89,7 @@ class Painting:
 def painting(threads: int | None = None) -> Iterator[Painting]:
     """Yield the `Painting` of a run; its second process starts immediately, and ends with the `with` block.
 
-    There is no second process if no core is free, or if the run uses one thread.
+    There is no second process if no core is free, if the run uses one thread, or if the process cannot start.
 
     threads : number of threads of the run; None for one for each core
     """

@@ -55,7 +55,10 @@ class SecondProcess:
         threading.Thread(target=_listen, args=(process.stdout, self._answers), daemon=True).start()
 
     def has_begun(self) -> bool:
-        """Wait until the process has started, at most PATIENCE seconds; return True if it has started."""
+        """Wait until the process has started, at most PATIENCE seconds; return True if it has started in this time.
+
+        The result is False if the process has ended, or if another program than this module was started.
+        """
         if self._began is None:
             try:
                 self._began = self._answers.get(timeout=PATIENCE) == BEGUN
@@ -79,7 +82,7 @@ class SecondProcess:
         Exception
             The exception of the first method that failed in the second process.
         SecondProcessEnded
-            The process ended before it was done, for example because it was killed.
+            The process did not start in time, or ended before it was done, for example because it was killed.
         """
         if not self.has_begun():
             raise SecondProcessEnded("did not start")

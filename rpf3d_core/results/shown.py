@@ -58,7 +58,7 @@ class RunCounts(NamedTuple):
 class MapContent(NamedTuple):
     """The content that all maps of a run share: terrain, areas of interest, scene name and number of rocks.
 
-    name : of the scene; flown : numbers of the rocks from which the maps follow
+    name : of the scene; flown : numbers of the rocks whose paths the maps show
     areas : name -> rings (N, 2) m, outlines of areas of interest, local frame
     """
 

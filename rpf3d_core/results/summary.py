@@ -91,7 +91,9 @@ def summary(findings: Run) -> dict[str, Any]:
 def _benches(terrain: Terrain, maps: HazardMaps) -> dict[str, Any]:
     """Return the bench table for summary.json; with several sources, also the worst source of each place.
 
-    `worst_source` has the figures of the sources that are worst for each figure; a source is null for all rocks.
+    The key `worst_source` has each figure of the place, taken from the source for which this figure is worst. Its keys
+    `source` (of reached and stopped rocks), `retained_source` and `energy_source` name these sources; null stands for
+    all rocks together.
     """
     sections = benches_section(bench_table(terrain, maps))
     if maps.sources is None:
@@ -139,7 +141,7 @@ def _version(package: str) -> str | None:
 
 
 def _digests(scene: Scene) -> dict[str, str]:
-    """Return the digests of the scene and of the releases for summary.json; equal digests mean equal inputs."""
+    """Return the digests of the scene, and of its rocks and sources, for summary.json (see `scene.reading`)."""
     return {"digest": scene_digest(scene), "releases_digest": releases_digest(scene)}
 
 
@@ -216,7 +218,8 @@ def _left_out(figures: Any, name: str) -> dict[str, str]:
 def _barriers(maps: HazardMaps) -> dict[str, Any]:
     """Return the section `barriers` of summary.json; with a misfit, it states that intervals omit the misfit.
 
-    With several sources, `worst_source` has the figures of the sources that are worst for them, with their names.
+    With several sources, the key `worst_source` has each figure, taken from the source for which this figure is worst,
+    with the name of the source.
     """
     from rpf3d_core.results.hazard_files.barriers_report import barriers_section, worst_section
 

@@ -66,9 +66,9 @@ class Maps:
 
 @dataclass(frozen=True)
 class Sizes:
-    """The ranges of mass (kg) and diameter (m) of the rocks of a scene, which show wrong units.
+    """The ranges of mass and diameter of the rocks of a scene, from which the user can see wrong units.
 
-    lightest, heaviest : kg; smallest, largest : m
+    lightest, heaviest : kg; smallest, largest : m, diameters of spheres with these masses
     """
 
     lightest: float
@@ -87,7 +87,8 @@ class Check:
     """The report of `rpf3d check` on a scene.
 
     rocks : masses and diameters; maps : size of the hazard maps; sources : start heights of each source
-    warnings : sentences on settings that are valid but suspicious; cost : None if `fit` is False
+    warnings : sentences on settings that are valid but suspicious
+    cost : estimated time of the run; None if `fit` is False, because no pilot run is then flown
     assumed_friction : names of the materials that use the default friction angle
     shapes : sentences on the shapes of the rocks and on their files; empty for points and spheres
     measured : sentences on the files of measured sizes: the column and the unit that are read
@@ -166,13 +167,18 @@ def _terrain_after_showing(scene: Scene, show: Shown | None) -> tuple[Terrain, F
     """Read the terrain of a scene, then show the extents of all inputs; return the terrain and its faults.
 
     The extents are also shown if the terrain is refused, unless its files cannot be read.
+
+    Raises
+    ------
+    InputError
+        The terrain is refused. If another input is in another reference system, the message names this input instead.
     """
     read: tuple[Terrain, FaultReport] | None = None
     try:
         read = read_terrain(scene)
         return read
     except InputError:
-        # Lines of berms or polygons of zones in another reference system cause other errors, which do not say so.
+        # Lines of berms or polygons of zones in another reference system cause errors that do not name this cause.
         refuse_other_systems(other_extents(scene), scene.terrain.crs)
         raise
     finally:

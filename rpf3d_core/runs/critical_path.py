@@ -19,9 +19,10 @@ from rpf3d_core.setup.rounds import Round
 
 
 def with_critical_path(run: Run, threads: int | None = None) -> Run:
-    """Return the run with the flight of its critical rock added in `Run.critical`.
+    """Fly the critical rock of a run again, and return the run with this flight in `Run.critical`.
 
-    The run is returned unchanged if the path of this rock is already kept, or if no rock stopped.
+    The run is returned unchanged if the path of this rock is already kept, if no rock stopped, or if the repeated
+    flight does not have the rock.
 
     threads : number of threads for the compiled engine; None for one thread for each core
     """
@@ -34,7 +35,7 @@ def with_critical_path(run: Run, threads: int | None = None) -> Run:
 
 
 def fly_one(prepared: Prepared, source: int, rock: int, threads: int | None = None) -> Run:
-    """Fly one rock of a prepared scene with its path, bit for bit as in the whole run.
+    """Fly one rock of a prepared scene, bit for bit as in the whole run; return the run of this rock, with its path.
 
     source : number of the source, from 0; rock : number of the rock in its source, from 0
     threads : number of threads for the compiled engine; None for one thread for each core

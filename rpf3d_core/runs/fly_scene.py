@@ -79,6 +79,11 @@ def fly_scene(
     shown : number of rocks to keep in memory, None for all
     sink : function that receives the deposits and impacts of each block of rocks; None for no function
     rounds : rounds to fly; None for the rounds of the scene, or of `control.first`
+
+    Raises
+    ------
+    InputError
+        A rock starts under the ground or off the terrain, or a parameter set is refused.
     """
     scene = prepared.scene
     of_sets = _flights_over_sets(prepared) if scene.has_unknowns else None
@@ -180,8 +185,11 @@ def _fly_rounds(
 ) -> tuple[int, list[Step]]:  # fmt: skip
     """Fly round after round until the target is reached, all rounds have flown, or the run is stopped.
 
-    Return the number of planned rocks, and with `rocks: auto` the convergence after each round. The releases have
-    already been checked, or only those of the first round (`_are_checked_in_turn`).
+    Return the number of planned rocks, and with `rocks: auto` the convergence after each round.
+
+    The caller has checked the releases of all rounds, or only of the first round if `_are_checked_in_turn`. Each later
+    round is then checked before it flies: an InputError is raised if a rock starts under the ground or off the terrain.
+
     plan : the rounds; control : progress reports, and the function that is called after each round
     fly : function that flies a round, and returns False if the run was stopped
     places : function that returns the hazard maps of all rocks flown so far, with shares of rocks in zones and areas
@@ -225,7 +233,10 @@ def finished_run(
 
 
 def _check_known(prepared: Prepared, plan: Sequence[AnyRound], control: RunControl) -> None:
-    """Raise an InputError if a rock starts under the ground or off the terrain, in a round that is checked at first."""
+    """Raise an InputError if a rock starts under the ground or off the terrain.
+
+    All rounds are checked, but only the first round if `_are_checked_in_turn`.
+    """
     for each in plan[:1] if _are_checked_in_turn(prepared, control) else plan:
         _check_all(prepared, each)
 

@@ -105,8 +105,8 @@ def run_scene(
 def _painting(scene: Scene, control: RunControl) -> Iterator[Painting]:
     """Yield the object that draws the pictures of a run: `control.painting`, or a new object if this is None.
 
-    The process that draws ends with the `with` block, so no process writes into a folder that is deleted after an
-    error.
+    The second process that draws, if there is one, ends at once if the scene asks for no pictures. Otherwise it ends
+    with the `with` block, so no process writes into a folder that is deleted after an error.
     """
     with painting(control.threads) if control.painting is None else nullcontext(control.painting) as drawn:
         try:

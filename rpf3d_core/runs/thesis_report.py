@@ -134,8 +134,8 @@ def report_of(study: Study, folders: Sequence[Path]) -> Report:
 def stops_in_pit(folder: Path, scene: Path) -> Counter[str]:
     """Return the number of rocks that stopped in each zone of the pit; a rock on a spill counts for the bench below it.
 
-    The thesis counts in the same way. In the thesis, 14 % of the rocks stopped on spills, but the shares of all other
-    areas already sum to 98 %.
+    The thesis counts in the same way: it states that 14 % of the rocks stopped on spills, and yet the shares of all
+    other areas sum to 98 %.
 
     Raises
     ------
@@ -152,7 +152,7 @@ def stops_in_pit(folder: Path, scene: Path) -> Counter[str]:
 
 
 def _bench_below(pit: Pit, altitude: float) -> str:
-    """Return the name of the highest bench that is at most ON_A_BENCH (1 m) above an altitude (m).
+    """Return the name of the highest bench that lies below an altitude (m), or at most ON_A_BENCH (1 m) above it.
 
     Names count from the top: bench_1 is the first bench below the crest.
     """

@@ -9,7 +9,10 @@ from rpf3d_core.scene.unknowns import PriorSpec
 from rpf3d_core.scene.values import Count, Name, Number, StrictModel, no_two_alike, refuse
 
 MOST_UNKNOWNS = 12
-"""Largest number of unknowns of a calibration: data of a slope determines far fewer."""
+"""Largest number of unknowns in `calibration.unknowns`: the data of one slope determines far fewer values.
+
+Unknowns in the rest of the scene do not count.
+"""
 VALUES = ("speeds", "heights", "energies")
 """Keys of a gate whose value is a list with one number for each rock observed at the gate."""
 
@@ -75,9 +78,10 @@ class ShareSpec(StrictModel):
 
 
 def _part_of(count: int | None, whole: int | None, key: str) -> None:
-    """Raise a PydanticCustomError for a count above the number of observed rocks, or for a count without this number.
+    """Raise a PydanticCustomError if a count is above the number of observed rocks, or if this number is missing.
 
-    count : the count, None if not given; whole : number of observed rocks, None if not given
+    count : the count; None if not given, which is always allowed
+    whole : the number of observed rocks (key `of`); None if not given
     key : the key of the count in the scene, for the message
     """
     if count is not None and (whole is None or count > whole):

@@ -21,7 +21,10 @@ from rpf3d_core.materials.distributions import (
 from rpf3d_core.scene.values import Number, StrictModel, refuse
 
 LEAST_SPAN = 1e-9
-"""Smallest share (-) of a Weibull distribution that its bounds may leave; with less, drawn numbers lose precision."""
+"""Smallest probability (-) that a Weibull distribution may have between its bounds, before it is cut off there.
+
+With a smaller probability, drawn numbers lose precision.
+"""
 
 
 class Normal(StrictModel):
@@ -54,7 +57,7 @@ class Normal(StrictModel):
 
     @property
     def prepared(self) -> Distribution:
-        """The same distribution as a `Distribution`, from which the flight loops draw numbers."""
+        """The distribution as a `Distribution`, the form from which a run draws numbers."""
         return truncated_normal(self.mean, self.sd, self.min, self.max)
 
 
@@ -74,7 +77,7 @@ class LognormalSpec(Normal):
 
     @property
     def prepared(self) -> Distribution:
-        """The same distribution as a `Distribution`, from which the flight loops draw numbers."""
+        """The distribution as a `Distribution`, the form from which a run draws numbers."""
         return truncated_lognormal(self.mean, self.sd, self.min, self.max)
 
 
@@ -95,7 +98,7 @@ class PowerLawSpec(StrictModel):
 
     @property
     def prepared(self) -> Distribution:
-        """The same distribution as a `Distribution`, from which the flight loops draw numbers."""
+        """The distribution as a `Distribution`, the form from which a run draws numbers."""
         return truncated_power_law(self.exponent, self.min, self.max)
 
 
@@ -111,7 +114,7 @@ class Lognormal(StrictModel):
 
     @property
     def prepared(self) -> Distribution:
-        """The same distribution as a `Distribution`, from which the flight loops draw numbers."""
+        """The distribution as a `Distribution`, the form from which a run draws numbers."""
         return self.lognormal.prepared
 
 
@@ -127,7 +130,7 @@ class PowerLaw(StrictModel):
 
     @property
     def prepared(self) -> Distribution:
-        """The same distribution as a `Distribution`, from which the flight loops draw numbers."""
+        """The distribution as a `Distribution`, the form from which a run draws numbers."""
         return self.power_law.prepared
 
 
@@ -150,7 +153,7 @@ class Uniform(StrictModel):
 
     @property
     def prepared(self) -> Distribution:
-        """The same distribution as a `Distribution`, from which the flight loops draw numbers."""
+        """The distribution as a `Distribution`, the form from which a run draws numbers."""
         return uniform_between(*self.uniform)
 
 
@@ -172,7 +175,7 @@ class WeibullSpec(StrictModel):
 
     @property
     def prepared(self) -> Distribution:
-        """The same distribution as a `Distribution`, from which the flight loops draw numbers."""
+        """The distribution as a `Distribution`, the form from which a run draws numbers."""
         return truncated_weibull(self.shape, self.scale, self.min, self.max)
 
 
@@ -188,7 +191,7 @@ class Weibull(StrictModel):
 
     @property
     def prepared(self) -> Distribution:
-        """The same distribution as a `Distribution`, from which the flight loops draw numbers."""
+        """The distribution as a `Distribution`, the form from which a run draws numbers."""
         return self.weibull.prepared
 
 
@@ -219,7 +222,7 @@ class Triangular(StrictModel):
 
     @property
     def prepared(self) -> Distribution:
-        """The same distribution as a `Distribution`, from which the flight loops draw numbers."""
+        """The distribution as a `Distribution`, the form from which a run draws numbers."""
         return triangular_between(self.triangular.min, self.triangular.mode, self.triangular.max)
 
 
@@ -236,16 +239,18 @@ MARKS = (*KINDS, MEASURED, NUMBER)
 
 
 def distribution_of(value: float | Draw) -> Distribution:
-    """Return the distribution from which the flight loops draw, for a number or a random number of a scene."""
+    """Return the distribution from which a run draws, for a fixed or a random number of a scene."""
     return fixed(float(value)) if isinstance(value, int | float) else value.prepared
 
 
 def drawn(unit: str, further: Mapping[str, type[StrictModel]] = MappingProxyType({}), **limits: float) -> Any:
-    """Return the type of a scene field whose value is a number or a distribution within limits (ge, gt, le, lt).
+    """Return the type of a scene field whose value is a number or a distribution within limits.
 
     A mark is the name in brackets with which pydantic selects the type of a value, such as `[uniform]`.
-    further : types, by mark, that the value may have in addition to KINDS; these types check their own limits
+
     unit : unit of the numbers, for messages
+    further : types, by mark, that the value may have in addition to KINDS; these types check their own limits
+    limits : limits of all numbers that can be drawn, by pydantic's names ge, gt, le and lt
     """
     kinds = {**KINDS, **further}
     number = Annotated[Number, Field(**limits)]

@@ -232,8 +232,9 @@ def _requirement(path: KeyPath, root: Root) -> str:
     """Return the valid values for a key as a phrase, such as "a number >= 0 (m)".
 
     The phrase is the description of the innermost described field on the path of the key, "left out" if no field there
-    has a description. For a section, the phrase lists the keys of the section. For an item of a list of points, the
-    phrase is about one item, such as "three numbers [x, y, z] (m)".
+    has a description. For a section, the phrase lists the keys of the section. For an item that is itself a list, the
+    phrase is about this item: for a point such as "three numbers [x, y, z] (m)", else "a part of" and the description
+    of the whole list.
     """
     inner = _bare(_annotation(path, root))
     if _is_record(inner):

@@ -129,5 +129,5 @@ def matrix_of(spec: HazardSpec) -> Matrix | None:
 
 
 def asks_ways(spec: HazardSpec) -> bool:
-    """Return True if the hazard maps of a scene need passages per metre, so that path lengths must be counted."""
+    """Return True if the hazard maps of a scene need passages per metre, for which cells count the lengths of paths."""
     return spec.passage_per_metre or (spec.matrix is not None and spec.matrix.object_width is not None)

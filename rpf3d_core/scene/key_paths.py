@@ -28,14 +28,17 @@ Steps = tuple[str | int, ...]
 def with_values(scene: Scene, values: Mapping[str, Any]) -> Scene:
     """Return a scene with other values at some key paths, after all checks of a scene file.
 
+    A replaced value loses its prior, because the value is now known. A material with a new library entry loses the
+    coefficients and priors that it took from the old entry.
+
     values : new values by key path, in the scene's units. If two key paths lead to the same value, a key path without
-        `*` overrides a key path with `*`
+        `*` overrides a key path with `*`; without values, the same scene is returned
 
     Raises
     ------
     SceneError
-        A key path leads to no value of the scene, a value is refused, or one key path is part of another key path; the
-        message names the path.
+        A key path leads to no value of the scene, a value is refused, or `values` has both a section and a value in
+        this section. The message names the path.
     """
     changes: dict[str, Any] = {}
     for path in sorted(values, key=lambda path: ALL not in path.split(".")):
@@ -55,11 +58,11 @@ def with_values(scene: Scene, values: Mapping[str, Any]) -> Scene:
 
 
 def _without_entries(scene: Scene, changes: Mapping[str, Any]) -> Scene:
-    """Return the scene without coefficients of old library entries, in materials for which the changes name another.
+    """Return the scene without the coefficients of old library entries, if the changes name a new entry.
 
-    Such a material loses the numbers and priors that it took from the old entry. A prior stays if the new entry has a
-    range for the same coefficient; the new range replaces the prior later. The priors then have the same order as in a
-    scene file with the new entry.
+    In a material with a new entry, the numbers of the old entry count as not given, and the priors of the old entry are
+    removed. A prior stays if the new entry has a range for the same coefficient; the new range replaces the prior
+    later. The priors then have the same order as in a scene file with the new entry.
 
     changes : new values, in nested dictionaries with the keys of the scene and a `_Value` at each end
     """
@@ -132,7 +135,8 @@ def steps_to(scene: Scene, path: str) -> list[Steps]:
     Raises
     ------
     SceneError
-        The key path leads to no value of the scene; the message names the missing key and the existing keys.
+        The key path leads to no value of the scene. The message names the missing key, and the existing keys if there
+        are any.
     """
     found = list(_walk(scene, scene, path, path, ()))
     if not found:

@@ -23,6 +23,8 @@ LIBRARY = "library"
 def with_libraries(values: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return the values of a scene in which materials that name a library entry have the ranges of the entry as priors.
 
+    values : values of the scene by key of the top level, before pydantic checks them
+
     Raises
     ------
     PydanticCustomError
@@ -44,6 +46,8 @@ def _with_entry(material: Mapping[str, Any], scene: Mapping[str, Any], name: str
     """Return a material with the ranges of its library entry as priors; coefficients that the material states stay.
 
     If the scene has its own prior for a coefficient, the material has the middle of the entry's range as a placeholder.
+    A material with `slip_friction` does not take the `friction` of the entry.
+
     scene : values of the scene; name : name of the material
     """
     own = _own_priors(scene)
@@ -138,7 +142,7 @@ def _names_an_entry(material: Any) -> bool:
 
 
 def _has_shape(rock: Any) -> bool:
-    """Return True if the rocks of a scene's values are bodies with a shape, neither points nor spheres."""
+    """Return True if the rocks are bodies with a shape, neither points nor spheres; rock : value of the key `rock`."""
     if isinstance(rock, RockSpec):
         return rock.is_body
     shape = rock.get("shape") if isinstance(rock, Mapping) else None
@@ -168,7 +172,10 @@ def _ranges(name: Any, scene: Mapping[str, Any], material: str) -> dict[str, Any
 
 
 def _assumed_for(scene: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the keys of coefficients that a scene's models use, and whose range is assumed if an entry has none."""
+    """Return the keys of the coefficients whose range is assumed if an entry has none, because the models need them.
+
+    For points, this is the friction angle, unless the ground model is `none` and the rebound model is not LIMITED.
+    """
     rocks = scene.get("rock")
     if _has_shape(rocks):
         return ("rolling_resistance",)
@@ -191,7 +198,7 @@ def _name_of(model: Any, default: str) -> str:
 
 
 def _is_sphere(rock: Any) -> bool:
-    """Return True if the rocks of a scene's values are spheres."""
+    """Return True if the rocks are spheres; rock : value of the key `rock`."""
     return rock.is_sphere if isinstance(rock, RockSpec) else names_sphere(rock)
 
 

@@ -57,7 +57,8 @@ class Material(StrictModel):
     def _of_a_body(cls, values: Any) -> Any:
         """Fill in unused coefficients of points if the material is for rocks with a shape.
 
-        Raise a PydanticCustomError if the material has keys for both kinds of rocks, or lacks a key for bodies.
+        Raise a PydanticCustomError if the material has keys for both kinds of rocks, or lacks `restitution`. Raise it
+        also unless the material has exactly one of `friction` and `slip_friction`.
         """
         if not isinstance(values, dict) or not any(key in values for key in BODY_KEYS):
             return values

@@ -106,7 +106,7 @@ class MeasuredList(StrictModel):
     def describe(self, measure: str, unit: str) -> str:
         """Return a sentence with file, column, unit, number and range of the sizes; "" if the sizes are not in a file.
 
-        measure : the key of the sizes, such as `mass`; unit : the unit in which they are read
+        measure : the key of the sizes, such as `mass`; unit : the unit of this key in a scene, such as kg
         """
         if isinstance(self.measured, tuple):
             return ""

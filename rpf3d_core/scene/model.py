@@ -244,7 +244,10 @@ class Scene(StrictModel):
 
     @model_validator(mode="after")
     def _keys_for_shapes(self) -> Self:
-        """Refuse keys for points in a scene of rocks with a shape, and materials for bodies in any other scene."""
+        """Refuse keys for points in a scene of rocks with a shape, and materials for bodies in any other scene.
+
+        Also refuse a contact model for another shape, and effects that do not act on rocks with a shape.
+        """
         bodies, shape = self.rock.is_body, SPHERE if self.rock.is_sphere else "point"
         self._check_contact()
         for name, material in self.materials.items():

@@ -113,14 +113,13 @@ def check_unknowns(scene: Scene) -> None:
 
 
 def check_may_be_unknown(scene: Scene, path: str) -> None:
-    """Refuse a key path that cannot be an unknown: it is not below a key in ROOTS, or it changes obstacles.
-
-    All parameter sets of a run share the terrain, the releases and the obstacles.
+    """Refuse a key path that cannot be an unknown, because all parameter sets share terrain, releases and obstacles.
 
     Raises
     ------
     SceneError
-        The message has the key path.
+        The path is not below a key in ROOTS, or belongs to an effect with obstacles, such as trees. The message has
+        the path.
     """
     root, _, rest = path.partition(".")
     if root not in ROOTS:
@@ -193,10 +192,11 @@ def scene_digest(scene: Scene) -> str:
 
 
 def releases_digest(scene: Scene) -> str:
-    """Return a digest (SHA-256, 64 hex digits), equal for scenes that release the same rocks if their seeds are equal.
+    """Return a digest (SHA-256, 64 hex digits) of the rocks and sources of a scene.
 
-    The digest covers places, velocities and sizes, but not the number of rocks: in a larger ensemble, the first rocks
-    start exactly like the rocks of a smaller ensemble.
+    Scenes with equal digests release the same rocks if their seeds and terrains are equal, too. The digest covers
+    places, velocities and sizes, but not the number of rocks: in a larger ensemble, the first rocks start exactly like
+    the rocks of a smaller ensemble.
     """
     return _digest({
         "rock": _rock(scene.rock.model_dump(), scene.rock.is_body),
@@ -207,7 +207,9 @@ def releases_digest(scene: Scene) -> str:
 def _without_optional(content: dict[str, Any], bodies: bool) -> dict[str, Any]:
     """Return the keys and values of a scene without `calibration`, and without optional keys that are not given.
 
-    So a scene that does not use these keys has the same digest as in versions of rpf3d that did not know them.
+    So a scene that does not use these keys has the same digest as in versions of rpf3d that did not know them. The key
+    `contact` stays only for rocks with a shape; `_with_sphere` adds the contact model of spheres.
+
     bodies : True if the rocks have a shape
     """
     keys = (*BODY_KEYS, "library")

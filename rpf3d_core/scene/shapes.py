@@ -70,7 +70,10 @@ def names_sphere(rock: Any) -> bool:
 
 
 def shape_values(value: Any) -> Any:
-    """Return the fields of a `ShapeSpec` from the scene's value of `rock.shape`; None for a point."""
+    """Return the fields of a `ShapeSpec` from the scene's value of `rock.shape`; None for a point.
+
+    Raise a PydanticCustomError if the value is neither a mapping nor one of the words `point` and `sphere`.
+    """
     if value is None or value == POINT or value == {SPHERE: False}:
         return None
     if value == SPHERE:

@@ -21,7 +21,7 @@ ROOTS = ("materials", "rebound", "ground", "contact", "effects", "stop_speed")
 FEWEST_SETS, MOST_SETS = 40, 4096
 """Smallest and largest number of parameter sets of a run.
 
-From 39 sets on, the range of the sets contains a 95 % interval.
+A 95 % predictive interval needs the results of at least 39 sets (`unknowns.predictive.ENOUGH`).
 """
 FORMS = "{min, max} or {mean, sd, min, max}"
 
@@ -123,7 +123,12 @@ def with_priors_apart(values: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _priors_in(value: Any, path: tuple[str, ...]) -> Iterator[tuple[str, PriorSpec]]:
-    """Yield the key path and the prior of each `{prior: ...}` in a value of a scene; path : keys that lead to it."""
+    """Yield the key path and the prior of each `{prior: ...}` in a value of a scene.
+
+    Parameters of users' models and effects are skipped.
+
+    path : the keys that lead to the value
+    """
     if not isinstance(value, Mapping):
         return
     if PRIOR in value:

@@ -21,7 +21,8 @@ MOST_NAMED = 12
 def material_of(scene: Scene, zone: str) -> Material:
     """Return the material of a zone: by exact name, else by the first matching pattern in the file, else `default`.
 
-    A part of a split zone with no material of its own name has the material of the whole zone.
+    For a part of a split zone, the order is: name of the part, name of the whole zone, first pattern that fits the
+    part, first pattern that fits the whole zone, `default`.
 
     Raises
     ------
@@ -141,8 +142,9 @@ def words_on_unused(scene: Scene, zones: Sequence[str]) -> Iterator[str]:
 def zone_meant(name: str, zones: Sequence[str]) -> str | None:
     """Return the zone, or the pattern of zones, that a name in a scene probably means; None if none is similar.
 
-    Capitals do not count, nor does the plural of the first word: `face_*` probably means `FACES_*`, the layers of many
-    drawings. If the name has only one word, and several zones begin with this word, the result is a pattern of zones.
+    Capital letters and the plural of the first word make no difference: `face_*` probably means `FACES_*`, the layers
+    of many drawings. If the name has only one word, and several zones begin with this word, the result is a pattern of
+    zones.
 
     name : name or pattern that fits no zone
     """
@@ -156,7 +158,7 @@ def zone_meant(name: str, zones: Sequence[str]) -> str | None:
 
 
 def _kind(name: str) -> str:
-    """Return the first word of a zone's name in small letters and in the singular, such as "face" of `FACES_N`."""
+    """Return the first word of a zone's name in small letters and in the singular, such as "face" for `FACES_N`."""
     return _begin(name).rstrip("_").lower().removesuffix("s")
 
 

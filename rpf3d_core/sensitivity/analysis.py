@@ -26,9 +26,12 @@ ROCKS = 500
 TRAJECTORIES = 20
 """Default number of Morris trajectories."""
 BASE_SETS = 128
-"""Default number N of rows (base sets) of Sobol's design, each of U + 2 parameter sets for U unknowns."""
+"""Suggested number N of rows (base sets) of Sobol's design; the default in `Asked` is 0, without Sobol indices.
+
+Each row has U + 2 parameter sets for U unknowns.
+"""
 FEWEST, MOST = 4, 100_000
-"""Smallest and largest number of trajectories, of rocks of a parameter set, and of base sets."""
+"""Smallest and largest number of trajectories, of rocks of a parameter set, and of base sets other than 0."""
 EDGE = 1e-6
 """Probability (-) that is cut off at both ends of a prior, because the normal quantiles of 0 and 1 are not finite."""
 
@@ -76,14 +79,16 @@ def sensitivity(
     scene: Scene | str | Path, asked: Asked, advance: Callable[[int, int], None] = lambda done, of: None,
     stop: Callable[[], bool] = lambda: False,
 ) -> Sensitivity:  # fmt: skip
-    """Fly parameter sets over the unknowns of a scene, and return how much each unknown affects each result.
+    """Simulate a scene with many values of its unknowns, and return how much each unknown affects each result.
 
+    scene : the scene, or the path of its file; asked : numbers of rocks and of parameter sets
     advance : called with the number of flown sets and the number of all sets; stop : returns True to end the analysis
 
     Raises
     ------
     InputError
-        The scene is refused, has no unknowns, or has a sample of a calibration; or a number in `asked` is out of range.
+        The scene or a release point is refused; the scene has no unknowns, or has a sample of a calibration; or a
+        number in `asked` is out of range.
     Stopped
         `stop` returned True.
     """

@@ -42,8 +42,8 @@ def compared(prepared: Prepared, names: tuple[str, ...], rocks: int) -> Compared
     """Check the releases of a scene, compile its flights, and return the inputs of a sensitivity analysis.
 
     The results are the shares of rocks that reach each area, the mean and the p95 runout, and the p95 of each rock's
-    largest energy. In a scene without areas, the shares that stop in each zone replace the shares that reach each area.
-    Runouts and energies are those of all rocks, also of rocks that left the terrain.
+    largest translational energy. In a scene without areas, the shares that stop in each zone replace the shares that
+    reach each area. Runouts and energies are those of all rocks, also of rocks that left the terrain.
 
     names : key paths of the unknowns; rocks : number of rocks of each parameter set
 

@@ -5,8 +5,9 @@ Sources
 Morris 1991, Technometrics 33:161-174: elementary effects along random trajectories on a grid.
 Campolongo, Cariboni & Saltelli 2007, Environ. Model. Softw. 22:1509-1518: the mean of their absolute values, mu*.
 
-mu* is a change per whole range of the unknown. Here, mu* is multiplied by the step that was flown, two thirds of the
-range, because mu* alone can be larger than any possible change: if a share changes from 0 to 1 in a step, mu* is 150 %.
+The range of an unknown is measured in quantiles of its prior, from 0 to 1. mu* is a change per whole range of the
+unknown. Here, mu* is multiplied by the step that was flown, two thirds of the range, because mu* alone can be larger
+than any possible change: if a share changes from 0 to 1 in a step, mu* is 150 %.
 """
 
 from typing import NamedTuple

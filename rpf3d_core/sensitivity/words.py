@@ -47,8 +47,8 @@ def sentence_of(found: Sensitivity, result: int) -> str:
 def is_clear(found: Sensitivity, result: int) -> bool:
     """Return True if it is clear which unknown affects a result most.
 
-    This is so if the interval of the largest effect lies above the intervals of the effects of all other unknowns, if
-    no unknown affects the result, or if there is only one unknown.
+    "Clear" means: the interval of the largest effect lies above the intervals of the effects of all other unknowns, no
+    unknown affects the result, or there is only one unknown. Effects are compared as in `decisive`.
 
     result : index of the result
     """
@@ -64,8 +64,8 @@ def is_clear(found: Sensitivity, result: int) -> bool:
 def rows_of(found: Sensitivity) -> list[tuple[str, ...]]:
     """Return the rows of the table: one row for each unknown of each result, the largest effect first.
 
-    Results that no unknown affects are left out.
-    Columns: result, unknown, change with unit, its 95 % interval, share of the variance ("" without Sobol indices).
+    Results that no unknown affects are left out. Columns: result (only in the first row of each result, else ""),
+    unknown, change with unit, its 95 % interval, share of the variance ("" without Sobol indices).
     """
     rows, effects = list[tuple[str, ...]](), found.effects
     for y, name in enumerate(found.results):

@@ -61,7 +61,9 @@ def with_berms(terrain: Terrain, scene: Scene) -> Terrain:
 def berm_warnings(terrain: Terrain, scene: Scene) -> tuple[str, ...]:
     """Return warnings on berms that no loose rock can form: steep sides, or a foot on a bench face.
 
-    terrain : the terrain before its berms are added; errors are as in `with_berms`
+    Call `with_berms` first, which refuses wrong lines.
+
+    terrain : the terrain before its berms are added
     """
     found = []
     for number, spec in enumerate(scene.terrain.berms):

@@ -15,7 +15,10 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Vec
 
 FIRST_ROUND = 1000
-"""Smallest number of rocks in the first round of `rocks: auto`; each further round doubles the number."""
+"""Smallest number of rocks in the first round of `rocks: auto`, unless `most_rocks` is smaller.
+
+Each further round doubles the number of rocks flown.
+"""
 
 
 def least_cell(scene: Scene, terrain: Terrain, sources: Sequence[Source]) -> float:

@@ -24,6 +24,9 @@ def chosen_scene(scene: Scene | str | Path, rocks: Rocks, engine: str | None, se
 def with_choices(scene: Scene, rocks: Rocks, engine: str | None, seed: int | None) -> Scene:
     """Return the scene with the caller's number of rocks, engine and seed; None keeps the setting of the scene.
 
+    A total number of rocks, from the caller or from the key `rocks` of the scene, is divided among the sources in
+    proportion to their own numbers of rocks.
+
     Raises
     ------
     InputError

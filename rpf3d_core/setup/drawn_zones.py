@@ -54,7 +54,13 @@ def _why_empty(terrain: Terrain, zone: str, polygons: MultiPolygon) -> str:
 
 
 def _another_size(terrain: Terrain, zone: str, polygons: MultiPolygon, facets: Flags, path: Path) -> Iterator[str]:
-    """Yield a note if the facets of a zone have another area in plan than its polygons on the terrain."""
+    """Yield a note if the area of a zone's facets in plan differs from that of its polygons by more than ALIKE.
+
+    Parts of the polygons off the terrain do not count. Usually, the note means that facets are large compared with the
+    polygons.
+
+    facets : (F,) True for the facets of the zone; path : file of the polygons, for the note
+    """
     area = float(np.abs(area_vectors(terrain.vertices, terrain.triangles[facets])[:, 2]).sum())
     drawn = float(polygons.area)
     if abs(area - drawn) <= ALIKE * drawn:

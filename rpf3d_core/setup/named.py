@@ -18,7 +18,8 @@ def models_of(scene: Scene, terrain: Terrain) -> Models:
     Raises
     ------
     InputError
-        A model or effect cannot be built or has no rule; the message names the key or the file.
+        A model or effect cannot be built, has no rule, or has a rule that it may not have (see `_check_hooks`). The
+        message names the key or the file.
     """
     model = _built(scene.impact_model.model_spec, scene, terrain)
     effects = numbered([_built(model_spec, scene, terrain) for model_spec in scene.effects.named.values()])

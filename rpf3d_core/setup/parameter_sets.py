@@ -1,6 +1,6 @@
-"""Make the flight settings of a parameter set: materials and models with its values, for the same terrain.
+"""Build the flight settings of a parameter set: the materials and models with the values of the set.
 
-All parameter sets of a run use the same compiled loop.
+All parameter sets of a run share the terrain and the compiled loop.
 """
 
 from typing import Any, Protocol
@@ -40,16 +40,18 @@ def check_names(scene: Scene, names: tuple[str, ...]) -> None:
     Raises
     ------
     InputError
-        A key path does not begin with a key in `scene.unknowns.ROOTS`, or changes obstacles; the message names it.
+        A key path does not begin with a key in `scene.unknowns.ROOTS`, or belongs to an effect with obstacles, such as
+        trees. The message names the key path.
     """
     for name in names:
         check_may_be_unknown(scene, name)
 
 
 def flight_of_set(prepared: Ready, values: dict[str, float], drawn: bool | None = None) -> Flight:
-    """Return the flight settings of a parameter set: materials, settings and models with its values.
+    """Return the flight settings of a parameter set: materials, settings and models with the values of the set.
 
-    The terrain is not read again, and nothing is compiled again.
+    The terrain is not read again. Models are built again only if a value changes one of them. No loop is compiled here:
+    all parameter sets with materials of the same form use the same compiled loop.
 
     values : values by key path, as from `ParameterSets.at`
     drawn : form of the materials, for which the loop is compiled: True for the form with random coefficients, even if
@@ -58,7 +60,8 @@ def flight_of_set(prepared: Ready, values: dict[str, float], drawn: bool | None 
     Raises
     ------
     InputError
-        A key path cannot change or leads nowhere, or a value is refused; the message names the path.
+        A parameter set cannot change a key path, a key path leads to no value, or a value is refused. The message names
+        the key path.
     """
     check_names(prepared.scene, tuple(values))
     scene, zones = with_values(prepared.scene, values), prepared.terrain.zones

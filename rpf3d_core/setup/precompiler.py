@@ -30,20 +30,27 @@ class Precompiler:
     """
 
     def __init__(self, background: BackgroundCompiler = NO_BACKGROUND) -> None:
-        """Start to compile, in the background, the loops that have the same types in all scenes."""
+        """Start to compile the loops that have the same types in all scenes, if there is a background process."""
         self._background = background
         background.call(precompile_index, precompile_ground_below)
 
     def before_index(self, _: Terrain | None = None) -> None:
-        """Wait until the loops that build the search structure are compiled; `prepared.prepare` calls this method."""
+        """Wait until the background process has compiled the loops that build the search structure.
+
+        `prepared.prepare` calls this method with the terrain, which is not used.
+        """
         self._background.wait(precompile_index)
 
     def compile(self, prepared: Prepared, tallies: Tallies, check: Callable[[], None] = lambda: None) -> float:
-        """Compile all loops of a prepared scene, end the background process, and return the compile time (s).
+        """Compile all further loops of a prepared scene, end the background process, and return the compile time (s).
 
-        check : function that refuses wrong releases; called as early as possible, and not part of the returned time.
-            The check needs the loop that finds the ground below a rock. While the background process still compiles
-            this loop, this process compiles the loops of flights.
+        The loops that build the search structure were compiled before, when the engine was built. The returned time
+        excludes `check` and the wait for the loop that finds the ground below a rock.
+
+        tallies : empty counts of the run, with the loops that count rocks
+        check : function that refuses wrong releases, called as early as possible. The check needs the loop that finds
+            the ground below a rock. While the background process still compiles this loop, this process compiles the
+            loops of flights.
         """
         engine, flight = prepared.engine, prepared.flight
         physics = flight.models, flight.materials, flight.settings
@@ -62,7 +69,10 @@ class Precompiler:
 
 @contextmanager
 def precompiler_of(scene: Scene) -> Iterator[Precompiler]:
-    """Yield the precompiler of a scene; it starts a background process if the scene needs the compiled engine."""
+    """Yield the precompiler of a scene; it has a background process if this saves time (`jit.background`).
+
+    There is no such process for the reference engine, without a free core, or if the loops are in the disk cache.
+    """
     with background_compiler(*([visit_all] if engine_name(scene) == Compiled.name else [])) as background:
         yield Precompiler(background)
 

@@ -62,7 +62,8 @@ class Prepared:
     polygons, source_polygons : polygons of each area of interest and of each source, by name, in plan coordinates of
         the input
     outlines : outline rings (N, 2) m of each area of interest, in the local frame
-    read_s : wall time (s) to read and check the terrain; index_s : wall time (s) to build the engine's locator
+    read_s : wall time (s) to read and check the files, and to prepare models, sources and maps
+    index_s : wall time (s) to build the engine's locator, with the wait for its compiled code
     began : `time.perf_counter()` at the start of the preparation
     placing : sentences on inputs that look misplaced or in a wrong unit
     doubts : warnings about the settings of the scene, made before the rocks fly, because files of sizes may be edited
@@ -145,7 +146,7 @@ def read_companions(scene: Scene) -> tuple[dict[str, MultiPolygon], dict[str, Mu
     Raises
     ------
     InputError
-        A file of points or polygons is damaged; the message names the file.
+        A file of points, lines or polygons is damaged; the message names the file.
     """
     source_polygons, areas = read_source_files(scene), read_areas(scene)
     for number, zone in enumerate(scene.zones):
@@ -191,7 +192,8 @@ def scene_flight(scene: Scene, terrain: Terrain) -> Flight:
     Raises
     ------
     InputError
-        A zone of the terrain has no material, or a material belongs to no zone.
+        A zone of the terrain has no material, a material belongs to no zone, or a model or effect is refused (see
+        `models_of`).
     """
     materials, settings = scene_materials(scene, terrain.zones), scene_settings(scene)
     return Flight(materials=materials, settings=settings, models=models_of(scene, terrain))
@@ -263,7 +265,7 @@ def scene_raster(
 
     Parameters
     ----------
-    box : corners (m) of the terrain's box, if known
+    box : lowest and highest corner (m) of the box around the terrain; None to compute them here
     sources : if the scene gives no cell size, the cells are so large that most cells on the paths from these sources
         get enough rocks for percentiles, as far as the terrain allows; () if unknown: no such limit
 
@@ -322,7 +324,10 @@ def check_releases(prepared: Prepared, releases: Releases) -> None:
 
 
 def empty_tallies(prepared: Prepared) -> Tallies:
-    """Return empty counts (tallies) for the hazard maps of a scene."""
+    """Return tallies without any rock: the counts of a run for its map cells, facets, zones, areas and barriers.
+
+    If the scene has several sources, the tallies also count each source separately.
+    """
     scene, engine = prepared.scene, prepared.engine
     compiled = isinstance(engine, Compiled)
     facets = engine.facets if compiled else facets_of(prepared.terrain)

@@ -55,7 +55,10 @@ class Round(NamedTuple):
 
 
 class EvenRound(NamedTuple):
-    """One of several growing rounds: for each source, the numbers (N,) of its rocks in the order of flight."""
+    """One round of `growing_rounds`.
+
+    numbers : for each source, the numbers (N,) of its rocks in this round, in the order of flight
+    """
 
     numbers: Sequence[IntArray]
 

@@ -62,7 +62,7 @@ def read_source_files(scene: Scene) -> dict[str, MultiPolygon]:
     Raises
     ------
     InputError
-        A file of points or polygons is damaged; the message names the file.
+        A file of points, lines or polygons is damaged; the message names the file.
     """
     polygons = {}
     for number, spec in enumerate(scene.sources):
@@ -216,10 +216,10 @@ def _within_polygon(scene: Scene, number: int, terrain: Terrain, polygons: Multi
 
 
 def _steep_facets(scene: Scene, number: int, terrain: Terrain) -> ReleaseTriangles:
-    """Return the facets on which the rocks of a source start.
+    """Return the facets on which the rocks of a source with the key `zone` start.
 
-    These are the facets of the source's zone that are steeper than `steeper_than_deg`, or all facets of the zone if
-    this key is not set. Raise an InputError if there are none.
+    These are the facets of the zone with an area that are steeper than `steeper_than_deg`, or of any slope if this key
+    is not set. Raise an InputError if there are none.
     """
     spec = scene.sources[number]
     pattern, least = spec.zone or "", spec.steeper_than_deg

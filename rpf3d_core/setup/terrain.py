@@ -52,8 +52,9 @@ def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
     Raises
     ------
     InputError
-        If a file is missing, damaged, of unknown format or empty, no facet has an area, or a polygon covers no facet
-        (the message names the file); or if a berm or a zone to split is refused (the message names the key).
+        If a file is refused (see `read_surface`), a file is a grid although `up` is y, no facet has an area, or a
+        polygon contains the middle of no facet (the message names the file); or if a berm or a zone to split is refused
+        (the message names the key).
     """
     raw, files, remarks = _raw_terrain(scene.terrain)
     bare, raw = raw, with_berms(raw, scene)
@@ -83,9 +84,11 @@ def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
 
 
 def _winding_after(closed: ClosedTerrain, before: Winding) -> Winding:
-    """Return the winding of a terrain whose seams were closed: components of the mesh may have become one component.
+    """Return the winding of a terrain whose seams were closed; a closed seam may have joined components of the mesh.
 
-    before : winding of the terrain before its seams were closed; facets that were turned over then still count
+    In the result, `flipped` compares with the file: True for a facet that only one of the two repairs turned over.
+
+    before : winding of the terrain before its seams were closed
     """
     after = repair_winding(closed.terrain.vertices, closed.terrain.triangles, closed.edges)
     flipped = np.concatenate([before.flipped, before.flipped[closed.parent]])
@@ -173,7 +176,7 @@ def surfaces_in_metres(spec: TerrainSpec) -> list[FileMesh]:
 
 
 def _remarks(file: TerrainFile, surface: FileMesh) -> Iterator[str]:
-    """Yield sentences on what was left out of a terrain file, and on its unit."""
+    """Yield sentences on a terrain file: what was left out, lost precision of its coordinates, and its unit."""
     yield from surface.remarks
     if lost := lost_precision(file.path, surface, LENGTHS[file.unit or METRE][1]):
         yield lost

@@ -113,10 +113,10 @@ def outside_sample(scene: Scene) -> tuple[str, ...]:
 
 
 def unknowns_of(scene: Scene) -> dict[str, PriorSpec]:
-    """Return the unknowns that a calibration or a sensitivity analysis varies, by key path, each with its prior.
+    """Return the unknowns that a calibration or a sensitivity analysis varies: their priors, by key path.
 
-    These are the unknowns of `calibration`, and the scene's own unknowns, such as ranges of a library, that
-    `calibration` does not replace.
+    The unknowns of the key `calibration` come first. Then follow the other unknowns of the scene, such as ranges of a
+    library, for which `calibration` has no prior.
     """
     named = {} if scene.calibration is None else dict(scene.calibration.unknowns)
     own = {} if scene.unknowns is None else scene.unknowns.priors

@@ -7,7 +7,7 @@ import numpy as np
 from rpf3d_core.terrain.frame import FloatArray
 
 GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))
-"""Angle (rad) from one point of a Fibonacci sphere to the next."""
+"""Angle (rad) about the z axis from one point of a Fibonacci sphere to the next."""
 
 
 def fibonacci_sphere(count: int) -> FloatArray:

@@ -24,7 +24,8 @@ def box(lengths: Sequence[float]) -> Polyhedron:
     Raises
     ------
     InputError
-        The lengths are not three positive, finite numbers, or the shortest is at most 1e-5 of the longest.
+        The lengths are not three positive, finite numbers, the shortest is at most 1e-5 of the longest, or the box is
+        too small or too large for `polyhedron_of`.
     """
     if len(lengths) != 3 or not all(0.0 < length < math.inf for length in lengths):
         raise InputError(f"the lengths of a box are {list(lengths)}; they must be three positive numbers, in metres")

@@ -61,16 +61,17 @@ def polyhedron_of(points: FloatArray, name: str) -> Polyhedron:
     The order of the points does not matter. The body is turned, not mirrored. If the input's axes are principal axes,
     the body keeps them, in the order of ascending moments.
 
-    Points nearer to each other than a millionth of the size of the body are one corner. Triangles that lie in the plane
-    of a larger neighbour, within this distance, are part of its face. Volume and moments are those of the merged faces.
-    Volume and moments are exact to rounding unless merged triangles are only nearly coplanar.
+    Points at most a millionth of the size of the body apart are one corner. Triangles that lie in the plane of a larger
+    neighbour, within this distance, are part of its face. Volume and moments are those of the merged faces. They are
+    exact to rounding, unless merged triangles are only nearly coplanar.
 
     points : (P, 3) m; name : of the shape, for messages
 
     Raises
     ------
     InputError
-        The points are fewer than 4, not finite, or flat.
+        The array is not (P, 3); fewer than 4 points differ; a coordinate is not finite or beyond FARTHEST; the points
+        lie in one plane; or the body is smaller than SMALLEST.
     """
     points = _checked(points)
     faces = _faces(points, *_hull_triangles(points))

@@ -33,15 +33,18 @@ class Hold(NamedTuple):
 
 @kernel
 def held_by(physics: Physics, state: State, contact: Contact, n: Vec, rock: RockContext) -> Hold:
-    """Return which facets carry a rock that has slid onto a facet, or is released on it.
+    """Return which facets carry a rock that has slid onto a facet, or is released on it, and the velocity it keeps.
 
-    Three results are possible:
+    The first case that applies decides:
 
-    - The facet of the contact and the rock's last facet, if both form a gully (`_held_line`). If this gully ends at the
-      rock: only the facet of the contact, or no facet if gravity does not press the rock onto this facet.
-    - The facet of the contact alone, if the contact is slight: a bounce would rise by less than smallest_bounce. Slight
-      contacts are not impacts, because a rock would otherwise lose speed at every slight kink of a mesh.
-    - No facet in all other cases: the contact is an impact.
+    - If the facet of the contact and the rock's last facet form a gully (`_held_line`), both carry the rock. If the
+      gully ends at the rock, only the facet of the contact carries the rock, provided that gravity presses the rock
+      onto this facet. If not, only the last facet carries the rock, provided that it faces up and the line of the gully
+      goes on over it. Otherwise no facet carries the rock. A carried rock keeps its velocity along the gully.
+    - If the contact is slight (a bounce would rise by less than smallest_bounce), the facet of the contact carries the
+      rock, which keeps its velocity along the facet. Slight contacts are not impacts, because a rock would otherwise
+      lose speed at every slight kink of a mesh.
+    - In all other cases, no facet carries the rock: the contact is an impact.
 
     state : with the rock's last facet and velocity; n : (3,) normal of the contact's facet, turned towards the rock
     """
@@ -73,7 +76,8 @@ def _held_line(physics: Physics, state: State, contact: Contact, n: Vec, slight:
 
     Two facets form a gully if both push the rock and the rock stays at their common line. The rock leaves the line if
     it climbs a facet by smallest_bounce or more, at once or after bounces between both facets (`_is_thrown_out`). Two
-    facets that are almost one plane form a gully only if the rock moves to and fro between them without progress.
+    facets that are almost one plane form a gully only if the rock moves to and fro between them without progress, and
+    gravity hardly pulls the rock across their line.
 
     n : (3,) normal of the contact's facet, turned towards the rock
     slight : True if a bounce off the contact's facet would rise by less than smallest_bounce

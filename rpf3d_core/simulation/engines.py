@@ -95,7 +95,11 @@ class Reference:
     def __init__(
         self, facets: Facets, caps: CapFacets | CapLocator | None = None, pieces: PieceNumbers | None = None
     ) -> None:
-        """Build the search structures; caps : the caps over gaps, or the locator of an engine with the same caps."""
+        """Build the search structures.
+
+        facets : the terrain; caps : the caps over gaps, or the locator of an engine with the same caps
+        pieces : the separate part of the terrain for each facet (`capped.piece_numbers`)
+        """
         from rpf3d_core.detection import vtk_closest  # noqa: F401  (only this engine needs VTK, and its rules)
         from rpf3d_core.detection.vtk_locator import VtkLocator
 
@@ -114,7 +118,9 @@ class Reference:
 
         models : of the scene; materials : surface properties of the zones; settings : gravity, limits and seed
 
-        Returns the number of the first rock whose path did not fit into the record; R if all paths fitted.
+        The flights end at the first rock whose path does not fit into the record; its number is returned, so that the
+        caller can continue there with another record. If all paths fit, R is returned. Raises MemoryError if too many
+        facets lie near one body with a shape (`follow_bodies`).
         """
         columns = starts._asdict().items()
         lists: dict[str, Any] = {name: None if column is None else column.tolist() for name, column in columns}
@@ -126,7 +132,7 @@ class Reference:
         return int(_follow_all.py_func(physics, self.method, launches, logbook, begin))  # type: ignore[attr-defined]
 
     def ground_below(self, x: Floats) -> Floats:
-        """Return for R points x (R, 3) m the height (m) above the ground, the facet below and its side, (R, 3).
+        """Return three columns (R, 3) for R points x (R, 3) m: height (m) above the ground, facet below, its side.
 
         If no ground lies below a point, as over a hole, the facet is below 0 and the height is 0. The side is 1 for the
         free side of the facet, -1 for its back.
@@ -154,7 +160,9 @@ class Compiled:
     ) -> None:  # fmt: skip
         """Build the search structures that are not given.
 
+        facets : the terrain; locator : the buckets over the facets; None to build them
         caps : the caps over gaps, or the locator of an engine with the same caps
+        pieces : the separate part of the terrain for each facet (`capped.piece_numbers`)
         """
         from rpf3d_core.detection.bucket_locator import bucket_locator  # compiles on first use
 
@@ -173,7 +181,9 @@ class Compiled:
 
         models : of the scene; materials : surface properties of the zones; settings : gravity, limits and seed
 
-        Returns the number of the first rock whose path did not fit into the record; R if all paths fitted.
+        The flights end at the first rock whose path does not fit into the record; its number is returned, so that the
+        caller can continue there with another record. If all paths fit, R is returned. Raises MemoryError if too many
+        facets lie near one body with a shape (`follow_bodies`).
         """
         physics = _physics(models, self, materials, settings)
         launches = launches_of(needs_of(models, materials), settings.seed, starts)
@@ -194,11 +204,19 @@ Engine = Reference | Compiled
 def follow_bodies(
     compiled: bool, physics: Physics, method: Any, launches: Launches, logbook: Logbook, begin: int
 ) -> int:  # fmt: skip
-    """Fly bodies with a shape, as `Reference.follow` does; the code for bodies is imported here, only if needed.
+    """Fly bodies with a shape, and write their flights into the logbook, as `Reference.follow` does.
 
-    Returns the number of the first body whose path did not fit into the record; the number of bodies if all fitted.
+    The code for bodies is imported here, so that other scenes do not load it.
+
     compiled : True for the compiled engine; method : contact search of the engine, as in `Reference`
     begin : number of the first rock to fly
+
+    Returns the number of the first body whose path did not fit into the record; the number of bodies if all fitted.
+
+    Raises
+    ------
+    MemoryError
+        Too many facets lie near one body (`bodies.fly.LARGEST_ROOM`).
     """
     from rpf3d_core.simulation.bodies.fly import follow_each, follow_in_room
 
@@ -228,7 +246,7 @@ def _physics(models: Models, engine: Engine, materials: Any, settings: Settings)
 
 
 def engine_of(name: str, facets: Facets, caps: CapFacets | None = None, pieces: PieceNumbers | None = None) -> Engine:
-    """Return the engine of the given name ("reference" or "compiled"), with its search structure over the facets built.
+    """Return a new engine of the given name ("reference" or "compiled") over the facets, with its search structures.
 
     caps : facets that close the gaps of the terrain (`capped.gap_facets`); None for a terrain without gaps
     pieces : the separate part of the terrain for each facet (`capped.piece_numbers`); None if no parts overlap
@@ -249,7 +267,7 @@ def engine_of(name: str, facets: Facets, caps: CapFacets | None = None, pieces: 
 def stepping(engine: Engine, dt: float, threshold: float, squared: bool = False, every_step: bool = False) -> Engine:
     """Return a copy of the engine that finds contacts in fixed time steps, to show the errors of that method.
 
-    The method is `detection.stepped`. Heights above the ground are still exact.
+    The method is `detection.stepped`. The heights from `ground_below` of the copy are still exact.
 
     dt : time step, s; threshold : distance to a facet below which the rock is in contact, m, or m2 if `squared` is True
     squared : True to compare the squared distance with the threshold
@@ -341,10 +359,10 @@ def precompile_ground_below(engine: Engine | None = None) -> None:
 def _follow_all(physics: Physics, locator: Any, launches: Launches, logbook: Logbook, begin: int) -> int:
     """Fly all rocks from number `begin` on; rock i is row i of the launches, and its results are row i of the logbook.
 
-    The loop ends at the first rock whose path does not fit into the record. Returns the number of this rock, or the
-    number of all rocks if all paths fitted.
+    The loop ends at the first rock whose path does not fit into the record, without results for this rock. Returns the
+    number of this rock, or the number of all rocks if all paths fitted.
 
-    locator : contact search of the engine
+    locator : contact search of the engine, for lumped masses
     """
     x, v, finals, counts = launches.x, launches.v, logbook.finals, logbook.counts
     for i in range(begin, len(finals)):

@@ -1,7 +1,7 @@
 """The contact of a moving rock with the ground: the rock slides on or rebounds.
 
-A rock that was on the ground slides on if the contact is slight: if a bounce off the facet would rise by less than
-smallest_bounce. A flying rock rebounds, except for a sphere that only grazes the ground.
+A rock that was on the ground slides on if a gully holds the rock, or if the contact is slight: if a bounce off the
+facet would rise by less than smallest_bounce. A flying rock rebounds, except for a sphere that only grazes the ground.
 """
 
 from rpf3d_core.detection.contact import Contact, PreviousContact
@@ -28,6 +28,8 @@ def land(contact: object, physics: Physics, state: State, rock: RockContext, rec
     """Return the state of a rock after a contact with the ground.
 
     There is one rule for each class of contacts: `Contact` of lumped masses and `Touch` of spheres.
+
+    state : of the rock at the contact; record : receives an impact
     """
 
 
@@ -36,8 +38,8 @@ def land_point(contact: Contact, physics: Physics, state: State, rock: RockConte
     """Return the state of a lumped mass after a contact with the ground: sliding, or after a rebound.
 
     A rock that was sliding, or is released on the ground, slides if the facet or a gully carries it (`held_by`). Any
-    other rock rebounds, and then flies or stays on the facet (`settle`). If an effect breaks the rock, the outcome of
-    the state is FRAGMENTED.
+    other rock rebounds, and then flies or stays on the facet (`settle`). A rebound is recorded as an impact. If an
+    effect breaks the rock, the outcome of the state is FRAGMENTED.
     """
     facets = physics.facets
     n = scale(contact.side, stored_normal(facets, contact.facet))
@@ -113,7 +115,9 @@ def rebounded(physics: Physics, motion: Motion, facet: int, n: Vec, rock: RockCo
 def _struck(physics: Physics, zone: int, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion of a rock after its rebound from a surface of normal n, without the checks of `rebounded`.
 
-    Before the rebound, an effect may let the rock enter soft ground. zone : zone of the facet
+    Before the rebound, an effect may let the rock enter soft ground.
+
+    zone, surface : zone of the facet, and surface properties of the ground there
     """
     entering = in_ground(physics.effects, zone, surface, motion, n, rock)
     return rebound(physics.rebound, surface, entering, n, rock)  # type: ignore[no-any-return]

@@ -17,8 +17,9 @@ class Starts(NamedTuple):
     """R rocks at their release: x (R, 3) m, v (R, 3) m/s, mass (R,) kg and radius (R,) m.
 
     source, rock : (R,) number of the source, and of the rock in this source; both select the rock's random numbers
-    A scene may not need mass and radius, or source and rock (`Needed`); such columns may be None.
     shape, pose : for bodies with a shape, (R,) number of the shape and (R, 4) orientation q_w, q_x, q_y, q_z; else None
+
+    Columns that the scene does not need (`Needed`) may be None: mass and radius together, source and rock together.
     """
 
     x: Floats

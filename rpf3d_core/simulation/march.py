@@ -27,9 +27,9 @@ from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, Mode, Motion, Outcome
 
 STRETCHES = 10_000
-"""Number of flight segments that a rock may always use, in addition to two path segments per contact.
+"""Number of flight segments in air that a rock may always use, in addition to two path segments per contact.
 
-A larger max_impacts replaces this number; a smaller one does not.
+If max_impacts is larger, max_impacts replaces this number.
 """
 
 FLIGHT, END = int(Mode.FLIGHT), int(Mode.END)
@@ -84,8 +84,10 @@ def point_has_room(model: object, locator: Any, facets: Facets, motion: Motion) 
 def follow(physics: Physics, locator: Any, motion: Motion, rock: RockContext, record: Record) -> State:
     """Simulate one rock from its release to its outcome; return its last state.
 
-    locator : contact search of either engine; motion : at the release; rock : the rock's data that models may need
-    record : receives the rows of impacts and path segments
+    A rock that overlaps the ground at its release ends there, with the outcome UNRESOLVED_CONTACT.
+
+    locator : contact search of either engine, from `locator_for`; motion : at the release, from `set_down`
+    rock : the rock's data that models may need; record : receives the rows of impacts and path segments
     """
     state = checked(released(motion), released(motion))
     if not has_room(physics.rebound, locator, physics.facets, motion):
@@ -107,7 +109,12 @@ def no_event(physics: Physics, locator: Any, state: State, rock: RockContext, re
 
 @guarded(no_event)
 def next_event(physics: Physics, locator: Any, state: State, rock: RockContext, record: Record) -> State:
-    """Return the state of a moving rock after its next event: the end of a flight or of a segment on the ground."""
+    """Return the state of a moving rock after its next event: the end of a flight or of a segment on the ground.
+
+    A rock that already has max_impacts contacts does not move further, and ends with the outcome MAX_IMPACTS.
+
+    record : receives the path segment, and an impact or a meeting with an obstacle
+    """
     if state.tally.contacts >= physics.settings.max_impacts:
         return ended(state, MAX_IMPACTS)
     if state.stands:
@@ -134,8 +141,11 @@ def fly_on(physics: Physics, locator: Any, state: State, rock: RockContext, reco
     """Return the state of a rock after its next parabola.
 
     The parabola ends at a contact, an obstacle, a gap or the boundary of the terrain, at max_time or, if an effect acts
-    in the air, after its planned duration. If the rock has fallen through the ground, the result is the state before
-    the parabola, with outcome FELL_THROUGH.
+    in the air, after its planned duration. After the planned duration the rock flies on, or ends with the outcome
+    MAX_IMPACTS if it has used too many flight segments (`hovers`). If the rock has fallen through the ground, the
+    result is the state before the parabola, with outcome FELL_THROUGH.
+
+    record : receives the path segment, and an impact or a meeting with an obstacle
     """
     rock_now, gravity = rock_at(rock, state), physics.settings.gravity
     flown = next_parabola(physics, locator, state, rock_now)
@@ -192,7 +202,8 @@ def _mid_air(left: PreviousContact) -> PreviousContact:
 def _meet(effects: Any, state: State, meeting: Meeting, rock: RockContext, record: Record) -> State:
     """Return the state of a rock after it meets an obstacle (barrier or tree) that changes or ends its motion.
 
-    effects : parameters of all effects of the scene; meeting : the obstacle; record : receives the meeting
+    effects : parameters of all effects of the scene; state : of the rock at the obstacle
+    meeting : the obstacle; record : receives the meeting
     """
     before = state.motion
     met = at_obstacle(effects, before, meeting.number, state.tally.meetings, rock_at(rock, state))

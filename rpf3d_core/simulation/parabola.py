@@ -31,8 +31,8 @@ class FlightSegment(NamedTuple):
     start : motion at the beginning; longest : planned duration of the segment, for which the parabola may replace the
         flight through the air (s); inf if no effect acts in the air
     end : time when the parabola leaves the terrain's box, as in `flight_end` (s); left : time until max_time (s)
-    contact, meeting, loss : first contact, first obstacle and first passage through a cap; no such event is earlier
-        than t, and the event at t ends the parabola
+    contact, meeting, loss : first contact, first obstacle and first fall through a gap; none of them is earlier than t.
+        If t is the time of one of them, this event ends the parabola
     """
 
     start: Motion
@@ -75,7 +75,7 @@ def next_parabola(physics: Physics, locator: Any, state: State, rock: RockContex
 
 @kernel
 def into_air(effects: Any, motion: Motion, height: float, longest: float, rock: RockContext) -> Motion:
-    """Return the motion at the start of a flight segment, after air drag has acted for half of the segment.
+    """Return the motion at the start of a flight segment, after the air has acted for half of the planned duration.
 
     height : of the rock above the ground, as in `in_air` (m)
     longest : planned duration of the segment (s); inf if no effect acts in the air
@@ -91,7 +91,7 @@ def into_air(effects: Any, motion: Motion, height: float, longest: float, rock: 
 def out_of_air(
     physics: Physics, locator: Any, motion: Motion, t: float, longest: float, rock: RockContext
 ) -> Motion:  # fmt: skip
-    """Return the motion at the end of a flight segment, with the air drag that has not acted yet.
+    """Return the motion at the end of a flight segment, after the air has acted for the second part of the segment.
 
     The air has acted for longest / 2 before the parabola (`into_air`). Here it acts for t - longest / 2, so for t in
     total. If no effect acts in the air, the motion is returned unchanged.
@@ -107,9 +107,10 @@ def out_of_air(
 
 @kernel
 def height_for_effects(effects: Any, locator: Any, facets: Facets, x: Vec) -> float:
-    """Return the height (m) of point x above the ground for effects such as drag layers; inf over a hole.
+    """Return the height (m) of point x above the ground, for effects such as drag layers.
 
-    The result is 0.0 if no effect needs the height, because the search takes time.
+    The result is inf if no ground lies below x, as over a hole. If no effect needs the height, nothing is searched, and
+    the result is 0.0.
 
     locator : contact search for lumped masses, also if the rock is a sphere or a body
     """

@@ -14,9 +14,10 @@ class Physics(NamedTuple):
     """The models, ground properties and settings of a simulation, in one record that compiled code can read.
 
     rebound, ground : parameters of a rebound model and of a ground model; effects : a `Chain`, None without effects
-    materials : `Materials` or `DrawnMaterials`; facets : the terrain
-    caps : a `CapLocator` over the gaps of the terrain; None if the terrain has no gap
-    pieces : the `TerrainPieces` of a terrain whose separate parts may pass through each other; None for other terrains
+    materials : surface properties of the zones, as in `materials.library.surface_of`; facets : the terrain
+    caps : a `CapLocator` over the gaps of the terrain; None if no caps are needed
+    pieces : `TerrainPieces`, for a terrain whose separate parts may pass through each other; None if no search for
+        other parts is needed
     """
 
     rebound: Any

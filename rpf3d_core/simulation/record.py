@@ -15,7 +15,7 @@ from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import norm, scale
 
 FIRST_OBSTACLE = -2
-"""Number in place of a facet's number in the row of an impact with obstacle 0; obstacle k has FIRST_OBSTACLE - k."""
+"""Number in place of a facet's number in the row of a meeting with obstacle 0; obstacle k has FIRST_OBSTACLE - k."""
 
 IMPACT_COLUMNS, PIECE_COLUMNS, SPIN_COLUMNS = 9, 10, 2
 """Number of columns of an impact row, of a path segment row, and of additional columns in both if rocks spin."""
@@ -27,7 +27,7 @@ BLOW, BLOW_COLUMNS = IMPACT_COLUMNS + SPIN_COLUMNS, 3
 
 
 class Record(NamedTuple):
-    """The arrays that receive the impacts and path segments (pieces) of a rock.
+    """The arrays that receive the impacts and path segments (pieces) of rocks, with room for I impacts and S segments.
 
     If `modes` has no rows, nothing is written (`writes`). A meeting with an obstacle has a row among the impacts, with
     `FIRST_OBSTACLE` minus the obstacle's number in place of a facet number.
@@ -35,7 +35,7 @@ class Record(NamedTuple):
     impacts : (I, 9) t (s), x, y, z (m), unit normal n_x, n_y, n_z, speed before and after (m/s)
     facets : (I,) facet of each impact; modes : (S,) number of the `values.Mode` of each path segment
     pieces : (S, 10) t (s), x, y, z (m) and v_x, v_y, v_z (m/s) at the start, v_x, v_y, v_z at the end
-    first_impact, first_piece : first row of the rock in the impacts and in the path segments
+    first_impact, first_piece : row of the first impact, and row of the first path segment, of the rock that flies
     spins : True if rocks spin, else None. With spin, impacts have two more columns: the magnitude of the spin (rad/s)
         before and after the impact. Pieces have two more columns: the magnitude at the start and at the end
     bodies : True if rocks have a shape, else None. With a shape, there are more columns after the columns of spin. In
@@ -57,8 +57,9 @@ class Logbook(NamedTuple):
     """The arrays into which the engine writes the flights of R rocks.
 
     record : rows for impacts and path segments
-    first : (R + 1, 2) first row of each rock in the impacts and in the path segments (pieces). The caller sets the rows
-        of the first rock to fly; the engine sets the rows of the other rocks
+    first : (R + 1, 2) row of the first impact, and row of the first path segment (piece), of each rock; the last
+        element is the end of the last rock's rows. The caller sets the element of the first rock to fly, the engine
+        sets all later elements
     finals : (R, 8), `engines.FINAL_COLUMNS`, with further columns for spin and bodies; filled by the engine
     counts : (R, 4), `engines.COUNT_COLUMNS`, with a further column for bodies; filled by the engine
     """
@@ -96,7 +97,7 @@ def writes(record: Record) -> bool:
 
 @kernel
 def record_from(record: Record, first: Any, i: int) -> Record:
-    """Return the record for rock i, with the first rows of its impacts and path segments from row i of `first`."""
+    """Return the record for rock i, whose rows of impacts and path segments begin where row i of `first` states."""
     return Record(
         impacts=record.impacts,
         facets=record.facets,
@@ -111,7 +112,7 @@ def record_from(record: Record, first: Any, i: int) -> Record:
 
 @kernel
 def close_rock(record: Record, tally: RockTally, first: Any, i: int) -> bool:
-    """Set the first rows of rock i + 1 in `first`; return False if the path of rock i did not fit into the record.
+    """Write into `first` where the rows of rock i + 1 begin; return False if the path of rock i did not fit.
 
     A path has one row for each segment, and one more row for its end. If the record has no rows (`writes`), nothing is
     set and the result is True.
@@ -187,7 +188,9 @@ def note_spins(spins: Any, row: Any, column: int, begin: Vec, end: Vec) -> None:
 
 @kernel
 def note_piece_spins(record: Record, tally: RockTally, begin: Vec, end: Vec) -> None:
-    """Write the magnitudes (rad/s) of the spins at both ends of the rock's next path segment, if rocks spin.
+    """Write the magnitudes (rad/s) of the spins at both ends of the rock's next path segment into the record.
+
+    Nothing is written if rocks do not spin, or if there is no room.
 
     tally : the rock's running totals, which select the row
     begin, end : (3,) rad/s, spins at both ends

@@ -9,11 +9,11 @@ class Settings(NamedTuple):
     """The settings of a simulation: gravity, the limits of a rock's path, and the seed; a scene file sets them.
 
     gravity : m/s^2
-    smallest_bounce : m; a bounce that would rise less is not simulated: it is summed up with all later bounces, or the
-        rock slides on
-    max_time : longest time of a path (s)
-    max_impacts : largest number of impacts, meetings with obstacles and slides over facets, together; also limits the
-        number of flight segments in air
+    smallest_bounce : height (m) below which a bounce is small. Small bounces are summed up instead of simulated, where
+        possible (`settling.settle`). A rock on the ground slides on if a bounce would be small
+    max_time : time (s) after the release at which a path ends
+    max_impacts : largest number of impacts, meetings with obstacles and slides over facets, together; for a body, each
+        time step in contact counts as a slide. It also limits the number of flight segments in air (`march.hovers`)
     seed : seed of all random numbers
     """
 

@@ -19,14 +19,15 @@ from rpf3d_core.values import MOVING, Mode, Motion, Vec
 from rpf3d_core.vectors import add, along, dot, norm, scale, subtract
 
 SETTLED = 1e-6
-"""Share of smallest_bounce (-): bounces that rise less are left out if they cannot be summed up.
+"""Share of smallest_bounce (-): bounces that rise less than this share are left out if they cannot be summed up.
 
-In a corner between facets, for example, bounces never stay on one facet.
+In a corner between facets, for example, bounces never stay on one facet, so they are never summed up.
 """
 
 SKIMMING = 1e-12
-"""Ratio (-) of the speed off a facet to the whole speed, below which the speed off the facet is raised to this ratio.
+"""Least ratio (-) of the speed off a facet to the whole speed, for a rock that flies on after an impact.
 
+A lower speed off the facet is raised to this ratio (`_kept_off`).
 Rough ground turns the speed upwards in some later impact, so its bounces are not summed up. But R_n may reduce the
 speed off the facet, impact after impact, to a rounding error of the velocity (1e-16). The rock would then be as likely
 to move into the facet as off it, and could fall through. The raise adds 1e-24 of the kinetic energy.
@@ -62,10 +63,12 @@ def settle(physics: Physics, state: State, n: Vec, rock: RockContext, record: Re
     - The bounces stay on the facet, with no obstacle near them, and meet no other separate part of the terrain.
 
     If a condition fails, the rock flies on. There is one exception: if the bounces rise by less than SETTLED times
-    smallest_bounce, they are left out, and the rock stays on the facet where it is. If the ground properties are drawn
-    for each impact, all remaining bounces use the properties of the next impact.
+    smallest_bounce, they are left out, and the rock stays on the facet where it is. A rock that flies on gets a minimum
+    speed away from the facet (`_kept_off`). If the ground properties are drawn for each impact, all remaining bounces
+    use the properties of the next impact.
 
     n : (3,) normal of the facet of the impact, turned towards the rock
+    record : receives the sum of the bounces as one path segment
     """
     facets, settings, f, motion = physics.facets, physics.settings, state.left.facet, state.motion
     g_n = settings.gravity * n[2]
@@ -97,7 +100,7 @@ def settle(physics: Physics, state: State, n: Vec, rock: RockContext, record: Re
 def _kept_off(state: State, n: Vec) -> State:
     """Return the state of a rock that flies on after an impact, with at least a minimum speed away from the facet.
 
-    The minimum is SKIMMING times the total speed.
+    The minimum is SKIMMING times the total speed; a lower speed away from the facet is raised to the minimum.
 
     n : (3,) normal of the facet, turned towards the rock
     """
@@ -167,7 +170,7 @@ def _stays_on(facets: Facets, f: int, x: Vec, along: Vec, down: Vec) -> bool:
     along, down : (3,) m, total displacements of the bounces: due to the speed along the facet, and due to gravity
 
     Both displacements grow from bounce to bounce, so every bounce lies in the parallelogram that they span. A facet is
-    convex, so it is enough that the corners of the parallelogram lie in the facet.
+    convex, so it is enough that the corners of the parallelogram lie in the facet. Corner x lies in it already.
     """
     corners = (add(x, along), add(x, down), add(x, add(along, down)))
     inside = True

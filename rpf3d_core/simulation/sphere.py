@@ -100,6 +100,10 @@ def roll_on(
     """Return the state of a sphere on the ground after its next event.
 
     The event is the end of a ground segment, an impact on other ground, a take-off, or the end of the sphere's path.
+    The path ends where the sphere stops, is held by three contacts, or makes no progress (`wedged`).
+
+    locator : contact search with the radius of the sphere
+    record : receives the ground segment, and an impact or a meeting with an obstacle
     """
     facets, motion = physics.facets, state.motion
     v = motion.v if norm(motion.v) > VANISHED else ZERO
@@ -178,6 +182,8 @@ def _sticks(slip: Vec, g_t: Vec, friction: float) -> bool:
 def _at_rest(state: State, motion: Motion) -> State:
     """Return the state of a sphere that has stopped on the ground.
 
+    The outcome of the state is not changed; the caller sets it.
+
     motion : the last motion; its time and place are kept, and velocity and spin become zero
     """
     return State(
@@ -192,7 +198,7 @@ def _at_rest(state: State, motion: Motion) -> State:
 
 @kernel
 def _lift(held: Held, v: Vec, radius: float) -> float:
-    """Return v^2 / R (m/s^2), by which motion around an edge or a corner reduces the sphere's push on the ground.
+    """Return by how much (m/s^2) motion around an edge or a corner reduces the sphere's push on the ground: v^2 / R.
 
     The push is per unit of mass. The result is 0 on the interior of a facet and on two contacts. On an edge, only the
     component of the velocity across the edge counts.
@@ -282,6 +288,7 @@ def _follow_piece(
     """Return the state of a sphere at the end of a ground segment, or where it meets ground, a gap or an obstacle.
 
     lying : the sphere at the start; piece : the ground segment as planned, if the sphere meets nothing
+    record : receives the segment, and a meeting with an obstacle
     """
     facets, gravity, radius = physics.facets, physics.settings.gravity, locator.radius
     motion, held, n = lying.motion, lying.held, lying.n
@@ -337,8 +344,8 @@ def _when_blocked(physics: Physics, motion: Motion, n: Vec, m: Vec, radius: floa
     """Return velocity (3,) m/s and spin (3,) rad/s of a sphere that other ground blocks at the start of a segment.
 
     - If the sphere moves into the other ground, the search for contacts at rest has missed this ground: the sphere
-      rolls over a border with a kink of less than about 1e-5 rad. A slight impact there takes the speed into the
-      ground. The spin is unchanged.
+      rolls over a border with a kink of less than about 1e-5 rad. If an impact there would be slight (`is_slight`), the
+      velocity loses its component into the other ground. Otherwise the velocity is unchanged. The spin is unchanged.
     - Otherwise friction presses the sphere against the other ground. The part of the spin about the line along both
       contacts drives the sphere there. The sphere would rub until this part is lost; here it is lost at once, and the
       sphere keeps the spin of rolling along the line. The velocity is along the line, except for a part that is too
@@ -346,8 +353,8 @@ def _when_blocked(physics: Physics, motion: Motion, n: Vec, m: Vec, radius: floa
       both would turn friction into the other ground again, and the sphere would stay here without end.
 
     motion : just before; radius : of the sphere, m
-    n, m : (3,) unit normals of the ground under the sphere and of the other ground; if they are parallel, the spin of a
-        sphere that friction presses becomes zero
+    n, m : (3,) unit normals of the ground under the sphere and of the other ground; if they are parallel, a sphere that
+        friction presses keeps its velocity, and its spin becomes zero
     """
     v, w = motion.v, motion.w
     into = -dot(v, m)
@@ -370,6 +377,7 @@ def _lost(facets: Facets, state: State, piece: SlideSegment, at: Motion, loss: L
     """Return the end state of a sphere that rolls into a gap of the terrain: where it passes through the cap.
 
     piece : the ground segment; at : motion at the cap; loss : the passage, with t as the share of the segment's chord
+    record : receives the segment up to the cap
     """
     note_piece(record, state.tally, state.motion, at.v, SLIDING)
     note_piece_spins(record, state.tally, state.motion.w, at.w)

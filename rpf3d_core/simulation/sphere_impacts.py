@@ -35,7 +35,10 @@ STEEP = 0.05
 Along a wall, a sphere that is lifted straight up would be released far above its place, or would never be free.
 """
 STRAIGHT = 1.0 - 2.0**-20
-"""Least cosine (-) between the normal of a facet and the direction to a centre that is nearest to its interior."""
+"""Least cosine (-) of the angle between a facet's normal and the direction from the facet to a sphere's centre.
+
+With a smaller cosine, the centre is nearest to an edge or a corner of the facet, not to its interior.
+"""
 
 
 @locator_for.rule(CoulombSphere)
@@ -105,7 +108,8 @@ def _lift_off(touch: Touch, radius: float) -> float:
 def nearest_to(locator: Any, facets: Facets, x: Vec, reach: float) -> Touch:
     """Return the facet interior, edge or corner nearest to point x (m); `Touch.t` is its distance (m).
 
-    The result is NO_TOUCH, with `Touch.t` inf, if no facet reaches into the box that is searched.
+    The result is NO_TOUCH, with `Touch.t` inf, if no facet reaches into the box that is searched. `Touch.n` points from
+    the nearest place to x.
 
     reach : half the side of the box around x that is searched (m)
     """
@@ -132,7 +136,7 @@ def land_sphere(contact: Touch, physics: Physics, state: State, rock: RockContex
 
     A contact is slight if the sphere only grazes the ground. For a sphere that was on the ground before, a contact is
     also slight if a bounce at the speed into the ground would rise by less than smallest_bounce. The path of a sphere
-    without progress over WEDGED path segments ends here (`wedged`).
+    without progress over WEDGED path segments ends here (`wedged`). A rebound is recorded as an impact.
     """
     motion, n = state.motion, contact.n
     into = -dot(motion.v, n)
@@ -148,9 +152,9 @@ def land_sphere(contact: Touch, physics: Physics, state: State, rock: RockContex
 def strike(physics: Physics, state: State, contact: Touch, rock: RockContext, record: Record) -> State:
     """Return the state of a sphere after an impact: in flight, or on the ground if the next bounce would be small.
 
-    If an effect breaks the sphere, the outcome of the state is FRAGMENTED.
+    If an effect breaks the sphere, the outcome of the state is FRAGMENTED. The impact is recorded.
 
-    contact : the contact with the ground, which is recorded as an impact
+    contact : the contact with the ground
     """
     n, rock_now = contact.n, rock_at(rock, state)
     after = rebounded(physics, state.motion, contact.facet, n, rock_now)

@@ -35,7 +35,9 @@ def span_of(facets: Facets, held: Held, course: Course, t: float) -> Span:
     """Return the duration of a sphere's next ground segment: until the sphere leaves its facet, but at most t (s).
 
     The sphere leaves the facet when the contact point passes the facet's border. Around an edge or a corner the segment
-    also ends at its largest length, CURVE times the radius. held : contacts that carry the sphere; course : its motion
+    also ends at its largest length, CURVE times the radius.
+
+    held : contacts that carry the sphere; course : motion of the sphere
     """
     faces = held.first.face and (held.contacts == 1 or held.second.face)
     if held.first.face:
@@ -51,7 +53,9 @@ def span_of(facets: Facets, held: Held, course: Course, t: float) -> Span:
 def _face_end(facets: Facets, touch: Touch, course: Course) -> float:
     """Return the time (s) until the contact point of a sphere passes the border of the facet that it touches.
 
-    The result is inf if the contact point never passes the border. touch : the contact; course : motion of the sphere
+    The result is inf if the contact point never passes the border.
+
+    touch : the contact; course : motion of the sphere
     """
     f, end, noise = touch.facet, math.inf, GRAZING * norm(course.v)
     foot = add(course.x, scale(-course.radius, touch.n))
@@ -83,7 +87,7 @@ def normal_between(n: Vec, n_end: Vec, share: float) -> Vec:
 def length_between(v: Vec, v_end: Vec, t: float) -> float:
     """Return the length (m) of a ground segment of t seconds, from the velocities v at its start and v_end at its end.
 
-    The length follows from Simpson's rule, which is exact for a straight segment.
+    The length follows from Simpson's rule, which is exact for a straight segment without a reversal of the motion.
     """
     middle = norm(scale(0.5, add(v, v_end)))
     return t * (norm(v) + 4.0 * middle + norm(v_end)) / 6.0

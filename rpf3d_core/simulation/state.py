@@ -9,11 +9,11 @@ from rpf3d_core.values import MOVING, Motion
 from rpf3d_core.vectors import dot
 
 NONE_PASSED = -1
-"""Value in place of an obstacle number if the rock has met no obstacle since its last impact."""
+"""Value in place of an obstacle's number: the next flight of the rock ignores no obstacle."""
 GAINED = 1.1
-"""Ratio of a rock's squared speed to its largest before, above which a segment of any length counts as progress.
+"""Factor (-) by which a segment must raise a rock's largest squared speed, to count as progress at any length.
 
-A rock released at a vertex between steep facets begins with segments of 1e-18 m.
+The factor is needed because a rock released at a vertex between steep facets begins with segments of 1e-18 m.
 """
 
 
@@ -22,11 +22,12 @@ class RockTally(NamedTuple):
 
     path : length, m; impacts : number of impacts on the ground; meetings : number of meetings with obstacles
     pieces : number of path segments: flights, sums of small bounces, slides
-    contacts : number of impacts, meetings and slides; a slide that only bends counts once
+    contacts : number of impacts, meetings and slides; all segments of a slide that bends count once; for a body, each
+        time step in contact counts as a slide
     speed2 : largest squared speed (m^2/s^2)
     ground_speed : speed at the beginning of the first sustained contact (m/s), NaN before it
     facet : of the last contact, -1 before the first contact
-    idle : number of path segments without progress (`with_piece`) since the last segment with progress; of a lumped
+    idle : number of path segments without progress (`with_piece`) since the last segment with progress; for a lumped
         mass, flights between two impacts do not count
     """
 
@@ -47,7 +48,7 @@ class State(NamedTuple):
     left : the facet of the last contact, or both facets of a gully; tally : running totals
     stands : True if the rock is in sustained contact with the facets in `left`, False if it flies
     outcome : number of an `Outcome`, MOVING while the rock moves
-    passed : number of the obstacle that the rock met last and has passed; NONE_PASSED after an impact elsewhere
+    passed : number of the obstacle that the rock has just met, which its next flight ignores; NONE_PASSED for none
     """
 
     motion: Motion
@@ -77,7 +78,7 @@ def released(motion: Motion) -> State:
 
 @kernel
 def ended(state: State, outcome: int) -> State:
-    """Return the state of a rock whose path ends at its present position, with the given outcome."""
+    """Return the state of a rock whose path ends at its current position, with the given outcome."""
     return State(
         motion=state.motion,
         left=state.left,
@@ -94,8 +95,9 @@ def with_piece(tally: RockTally, length: float, motion: Motion, tolerance: float
 
     motion : at the end of the segment
 
-    A segment that is not longer than the tolerance (m) counts as a segment without progress, unless the rock is faster
-    than ever before: gravity then moves the rock, and the next segments are longer.
+    A segment that is not longer than the tolerance (m) counts as a segment without progress. Exception: if the segment
+    raises the largest squared speed by more than the factor GAINED, the number of segments without progress is set to
+    at most 1, because gravity moves the rock, and the next segments are longer.
     """
     speed2 = max(tally.speed2, dot(motion.v, motion.v))
     idle = 0 if length > tolerance else tally.idle + 1
@@ -121,7 +123,7 @@ def with_impact(tally: RockTally, facet: int, motion: Motion, is_bounce: bool) -
     motion : the motion just after the impact
     is_bounce : True if the flight before the impact also began at an impact. The flight then does not count as a
         segment without progress: at a kink of a sharp gully, a rock may bounce from side to side a hundred times
-        almost at once, which does not show that the rock is wedged. `max_impacts` ends bounces without loss of energy
+        almost at once, which does not show that the rock is wedged. Bounces that lose no energy end at `max_impacts`
     """
     speed2 = max(tally.speed2, dot(motion.v, motion.v))
     return RockTally(
@@ -163,6 +165,8 @@ def past(motion: Motion, number: int) -> int:
     """Return the number of the obstacle that a rock has just passed, so that its next flight ignores it.
 
     The result is NONE_PASSED if the rock's speed after the obstacle is zero.
+
+    motion : just after the meeting with the obstacle
     """
     v = motion.v
     return NONE_PASSED if v[0] == 0.0 and v[1] == 0.0 and v[2] == 0.0 else number

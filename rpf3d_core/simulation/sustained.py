@@ -32,7 +32,7 @@ Around a vertex of six facets, this is enough to try each facet five times, with
 
 
 HALVINGS = 12
-"""Number of times that a ground segment is halved at most, to find where a rock meets a separate part of the terrain.
+"""Largest number of times that a ground segment is halved, to find where a rock meets a separate part of the terrain.
 
 A segment that turns by 7 degrees then turns by less than 0.002 degrees, and its chord is nearly the path of the rock.
 """
@@ -74,8 +74,11 @@ def stop_or_give_up(
 def slide_on(ground: object, physics: Physics, locator: Any, state: State, rock: RockContext, record: Record) -> State:
     """Return the state of a rock after one ground segment of sliding or rolling, on a facet or in a gully.
 
-    At the end of the segment the rock stops, changes its direction, or flies off the facet. All ground models that have
-    a `Law` use this rule.
+    The segment ends at max_time, or where the rock stops, has lost its speed uphill, leaves its facet, turns too far
+    for one segment, or meets an obstacle or another part of the terrain. All ground models that have a `Law` use this
+    rule.
+
+    locator : not used; record : receives the segment, and an impact or a meeting at its end
     """
     return along_piece(physics.pieces, physics, state, _slide(physics, state, rock, math.inf), rock, record)  # type: ignore[no-any-return]
 
@@ -89,7 +92,8 @@ def along_piece(
     Other ground is a separate part of the terrain, to which the facet under the rock does not belong.
 
     pieces : `TerrainPieces`, the separate parts of the terrain; None if these cannot pass through each other
-    piece : the ground segment
+    state : at the start of the segment; piece : the ground segment, as planned without obstacles and other ground
+    record : receives the segment, and an impact or a meeting at its end
     """
 
 
@@ -100,7 +104,7 @@ def along_own_piece(
     """Return the state of a rock at the end of a ground segment, or at the first obstacle on the segment.
 
     pieces : not used, because this function does not search for other parts of the terrain
-    piece : the ground segment; record : receives the segment
+    piece : the ground segment; record : receives the segment, and a meeting with an obstacle
     """
     meeting = obstacle_on(physics.effects, state, piece, rock)
     if meeting.t < math.inf:
@@ -130,10 +134,12 @@ def up_to_other_piece(
 
     Other ground is a separate part of the terrain, to which the facet under the rock does not belong. The segment bends
     by 7 degrees at most, so its chord decides where the rock meets other ground, as for obstacles. But the chord may
-    enter a facet from which the rock itself moves away, before its path bends back. The segment is then halved, until
-    the rock moves into the facet that the chord enters, or the chord enters no facet.
+    enter a facet from which the rock itself moves away, before its path bends back. The duration of the segment is then
+    halved, up to HALVINGS times, until the rock moves into the facet that the chord enters, or the chord enters no
+    facet.
 
     pieces : the separate parts of the terrain; piece : the ground segment
+    record : receives the segment, and an impact or a meeting at its end
     """
     contact = _other_piece_on(pieces, physics, state, piece)
     for _ in range(HALVINGS):
@@ -173,9 +179,11 @@ def _onto_other_piece(
 
     The contact is treated as if the rock had slid over an edge onto this facet. The rock rebounds, or slides on over
     this facet, or slides on in the gully between this facet and the rock's last facet. If the rock slides in a gully
-    before the contact, the last facet is the first facet of this gully.
+    before the contact, the last facet is the first facet of this gully. A rock that is stuck ends at the contact
+    (`_outcome_of_stuck`).
 
     piece : the ground segment; contact : the contact with the facet, with t as the share of the segment's chord
+    record : receives the segment up to the contact, and an impact
     """
     before = on_piece(state.motion, piece.motion, contact.t)
     if not _moves_into(physics, contact, before):
@@ -204,6 +212,8 @@ def _towards(motion: Motion, way: Vec) -> Motion:
 def obstacle_on(effects: Any, state: State, piece: SlideSegment, rock: RockContext) -> Meeting:
     """Return the first obstacle on a ground segment; `t` of the result is a share (-) of the segment's chord.
 
+    The result is NO_MEETING if there is no obstacle on the chord.
+
     effects : parameters of all effects of the scene; piece : the ground segment
     """
     way = subtract(piece.motion.x, state.motion.x)
@@ -216,10 +226,12 @@ def at_obstacle_on(
 ) -> State:
     """Return the state of a rock that meets an obstacle on a ground segment: it moves on, stops there, or is caught.
 
-    The rock keeps only the component of its new velocity along the ground, or along its gully.
+    The rock keeps only the component of its new velocity along the ground, or along its gully. If no speed is left, the
+    rock stops.
 
     piece : the ground segment; meeting : the obstacle, with t as the share of the segment's chord
     n : (3,) normal of the ground, turned towards the rock
+    record : receives the segment up to the obstacle, and the meeting
     """
     before = on_piece(state.motion, piece.motion, meeting.t)
     note_piece(record, state.tally, state.motion, before.v, SLIDING)
@@ -286,7 +298,8 @@ def _outcome(settings: Settings, piece: SlideSegment, idle: int) -> int:
 def _outcome_of_stuck(settings: Settings, v: Vec, idle: int) -> int:
     """Return the outcome of a rock with velocity v after `idle` segments without progress, or MOVING if it continues.
 
-    A segment without progress is not longer than the tolerance, and the rock is not faster than ever before.
+    A segment without progress is not longer than the tolerance, and does not make the rock much faster than ever before
+    (`state.with_piece`).
 
     After STUCK segments without progress, a rock that still moves, but not faster than STILL, has stopped. After WEDGED
     segments, a rock has stopped if it is too slow to rise by smallest_bounce; otherwise its contact is unresolved.

@@ -1,1 +1,1 @@
-"""`rpf3d sweep` compares designs: it makes a run for each combination of values of some keys of a scene."""
+"""Compare designs with `rpf3d sweep`: fly a run for each combination of values of some keys of a scene."""

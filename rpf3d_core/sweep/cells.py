@@ -22,7 +22,7 @@ LEFT_OUT: Mapping[str, bool] = {"pictures": False, "recording": False, "impacts"
 
 
 class Cell(NamedTuple):
-    """One cell of a sweep: the values of its keys by key path, its scene, and the digest of scene and files."""
+    """One cell of a sweep: the values of the varied keys, by key path, its scene, and the digest of scene and files."""
 
     values: Mapping[str, Any]
     scene: Scene

@@ -26,7 +26,7 @@ from rpf3d_core.sweep.tables import (
 from rpf3d_core.sweep.varied import Varied
 
 NEARLY_ALL = 0.9
-"""Retained share (-) of a place from which on, in all cells, the picture shows the share that reached the place.
+"""Smallest retained share (-), in all cells, for which the picture shows the share of rocks that reached the place.
 
 For example, a pit floor retains nearly all rocks that reach it.
 """
@@ -91,7 +91,8 @@ def panels_of(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence
 def _panel(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[CellRecord], place: Place) -> Panel:
     """Return the panel of a place with the share of rocks that the place retained.
 
-    If this share is at least NEARLY_ALL (90 %) in all cells, the panel shows the share of rocks that reached the place.
+    If this share is known in at least one cell, and at least NEARLY_ALL (90 %) in all cells in which it is known, the
+    panel shows the share of rocks that reached the place.
     """
     retained = [figure.value for record in records if (figure := figure_of(record, RETAINED, place))]
     result = REACHED if min((value for value in retained if value is not None), default=0.0) >= NEARLY_ALL else RETAINED

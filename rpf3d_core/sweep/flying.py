@@ -59,8 +59,9 @@ def fly_cells(
     Raises
     ------
     InputError
-        The run of a cell is refused; the message has the values of the cell. Or a worker was killed; the message has
-        the values of a cell that has not flown. Cells that have not begun are cancelled.
+        The result folder of a cell contains other files. Or the run of a cell is refused; the message has the values of
+        the cell. Or a worker was killed; the message has the values of a cell that has not flown. Cells that have not
+        begun are cancelled.
     """
     records = {cell.digest: record_of(cell, folder) for cell in cells}
     missing = [cell for cell in cells if records[cell.digest] is None]
@@ -120,7 +121,11 @@ def fly_cell(scene: Scene, digest: str, folder: Path, threads: int | None) -> Ce
 
 
 def record_of(cell: Cell, folder: Path) -> CellRecord | None:
-    """Return the record of a cell in a folder; None if the cell has not flown there with these versions of packages."""
+    """Return the record of a cell in a folder; None if the cell must fly.
+
+    A cell must fly if the folder has no readable record or no result of the cell, or if the record has other versions
+    of packages than this process.
+    """
     try:
         content = json.loads(_path(folder / cell.name).read_text(encoding="utf-8"))
         figures = tuple(Figure(**each) for each in content.pop("figures"))

@@ -51,7 +51,8 @@ def sweep(
     Raises
     ------
     InputError
-        The scene, a key path, a value or a cell is refused, or the folder contains other files.
+        The scene, a key path, a value or a cell is refused, a worker was killed, or the folder contains other files or
+        cannot be written.
     """
     folder = check_out(out)
     asked = tuple(Varied(key=key, values=tuple(values)) for key, values in varied.items())

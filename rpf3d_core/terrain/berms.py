@@ -30,8 +30,9 @@ SLACK = 1e-6
 def raised(terrain: Terrain, ridge: Ridge, zone: str) -> Terrain:
     """Return the terrain with a berm (ridge) on it; the facets of the berm belong to the zone with the name `zone`.
 
-    A cut facet is replaced by its parts: the first part keeps the facet's number, the other parts are appended after
-    all facets. A terrain that the ridge does not touch is returned unchanged.
+    A zone with this name is added if the terrain has none. A cut facet is replaced by its parts: the first part keeps
+    the facet's number, the other parts are appended after all facets. A terrain that the ridge does not touch is
+    returned unchanged.
     """
     cut = _touched(terrain, ridge)
     if not len(cut):
@@ -179,7 +180,8 @@ def _triangles(
     """Return facets (F, 3) that fill rings of points, the original facet (F,) of each, and all points (Q, 3) m.
 
     All points are `places`, followed by the centres of rings with more than three corners. Points that lie on an edge
-    of a ring become corners of the ring, so that neighbours share whole edges.
+    of a ring become corners of the ring, so that neighbours share whole edges. A ring with fewer than three corners has
+    no facet.
 
     places : (P, 3) m, points; rings : closed rings (R,) of indices into `places`
     owners : for each ring, the facet of the original terrain that contains the ring

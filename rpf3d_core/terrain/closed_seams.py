@@ -2,7 +2,7 @@
 
 A seam is open where a vertex lies close to a side of another facet, but not on it, as after rounding a T-junction to
 the millimetres of an export. A rock can fall through unnoticed, because the rim at the seam looks like the rim of the
-terrain. `mesh.close_seams` closes seams; here the terrain, its zones and its edges are kept together.
+terrain. `mesh.close_seams` closes the seams of a mesh; this module applies it to a terrain with zones and edges.
 """
 
 from dataclasses import replace
@@ -19,11 +19,14 @@ from rpf3d_core.terrain.mesh.near_rim import WIDEST, Near, near_rim
 from rpf3d_core.terrain.mesh.rim import Numbers, Rim, rim_of
 
 RELATIVE = 0.01
-"""Largest width of an open seam, as a share of the length of the side; a fine mesh has none across its facets."""
+"""Largest width of an open seam, as a share of the length of the side.
+
+Without this limit, vertices and sides on opposite edges of the small facets of a fine mesh would count as open seams.
+"""
 MOST_SIDES = 1_000_000
 """Largest number of sides of the rim for which seams are closed; along a longer rim, seams are only counted."""
 SAMPLED = 200_000
-"""Number of sides that are searched of a longer rim; they are evenly spread."""
+"""Number of sides that are searched, evenly spread, on a rim with more than MOST_SIDES sides."""
 
 
 class Seams(NamedTuple):
@@ -59,7 +62,8 @@ def with_closed_seams(terrain: Terrain, edges: Edges) -> ClosedTerrain:
     """Return the terrain after its narrow seams were closed; a terrain without such seams is returned unchanged.
 
     The first part of a facet that is cut has the facet's number; the other parts follow after all facets, in the
-    facet's zone. Vertices do not change.
+    facet's zone. Vertices do not change. If the rim has more than MOST_SIDES sides, nothing is closed, and only open
+    seams in a sample of the rim are listed.
 
     edges : of the terrain's facets
     """
@@ -100,7 +104,7 @@ def may_have_seams(sides: FloatArray) -> bool:
 def _seams_among(pairs: Near, terrain: Terrain) -> tuple[float, Near]:
     """Return the crack width (m) of a terrain, and the pairs that are seams: wider than a crack, and not too wide.
 
-    The crack width is 0 if no pair is narrow enough, because the width takes time on a large terrain.
+    The crack width is 0 if no pair is narrow enough; on a large terrain, computing the width takes time.
 
     pairs : all vertices close to sides of the rim
     """

@@ -34,7 +34,7 @@ def cloud_mesh(
 
     longest_edge : m, longest allowed side of a triangle in plan; None for `GAP` times the median of the longest sides
         of all triangles
-    origin : origin of the local frame (m); None for the middle of the points
+    origin : origin of the local frame (m); None for the middle of the points' box, in whole metres
 
     Raises TerrainError if fewer than three points or no triangle remain, or if a point is infinite.
     """

@@ -9,7 +9,7 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import cross, dot, norm, scale, subtract, without
 
 ALONG_EDGE = 1e-14
-"""Sine of the angle below which a direction on a facet counts as parallel to an edge: thirty times its rounding error.
+"""Sine of the angle below which a direction on a facet counts as parallel to an edge: 30 times the rounding error.
 """
 ALONG_GULLY = 1e-10
 """Sine of the angle below which a direction counts as parallel to the line between two facets.
@@ -226,7 +226,7 @@ def leads_on(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float) ->
 
 @kernel
 def time_into(facets: Facets, f: int, p: Vec, v: Vec, a: Vec, slack: float) -> float:
-    """Return the time (s) at which a moving point has crossed each edge of facet f outside which the point started.
+    """Return the time (s) at which a moving point has crossed all edges of facet f outside which the point started.
 
     The point is projected onto the plane of the facet. The result is 0 for a point that starts inside all edges, and
     inf if the point starts outside an edge and never crosses it.

@@ -22,7 +22,7 @@ Edge = tuple[int, int]
 Place = tuple[float, float]
 
 AROUND = 4.0
-"""Distance of four extra points from the box around all points, divided by the longer side of the box (-).
+"""Distance of four extra points from the box around all points, divided by the longer side of the box or 1 m (-).
 
 The four points are the corners of a rectangle that contains all edges of the ring.
 """
@@ -40,8 +40,9 @@ CROSSING = "edges of the ground and of the patch cross or coincide in plan, beca
 def triangles_between(plan: FloatArray, edges: IntArray) -> IntArray:
     """Return a triangulation (T, 3) of points in plan that contains all given edges, to fill the ring around a patch.
 
-    The triangles are counter-clockwise and cover the whole convex hull of the points; the caller selects the triangles
-    of the ring. Raises TerrainError if two points coincide in plan, or two edges cross.
+    The triangles are counter-clockwise. They cover the regions that the edges enclose, and the rest of the convex hull
+    of the points, except thin parts along the hull. The caller selects the triangles of the ring. Raises TerrainError
+    if two points coincide in plan, two edges cross, or an edge runs through a point.
 
     plan : (N, 2) m, the points; edges : (E, 2) indices into `plan`
     """
@@ -124,7 +125,7 @@ class _Mesh:
     def _crossing(self, u: int, v: int) -> list[Edge]:
         """Return the edges that the line from u to v crosses, in order from u: the diagonals to swap.
 
-        The list is empty if u and v are joined by an edge already.
+        The list is empty if an edge already joins u and v. Raises TerrainError if the line runs through a point.
         """
         if v in self._beside[u]:
             return []

@@ -1,4 +1,4 @@
-"""Find the gaps of a terrain, and make the caps that close them: a rock that passes through a cap falls below ground.
+"""Find the gaps of a terrain, and make the caps that close them: the flight of a rock ends where it crosses a cap.
 
 A gap is a region in plan, within the convex hull of the terrain, where the mesh has no ground: a hole, a strip between
 two components, or a bay of the terrain's outer edge. The cap of a gap is a triangulation over the corners of the border
@@ -29,13 +29,14 @@ from rpf3d_core.values import Outcome
 
 HOLE, BAY = int(Outcome.LOST_TO_HOLE), int(Outcome.LEFT_TERRAIN)
 IN_PLAN = -1
-"""Number in place of a ring: the triangle closes a gap that has an area in plan."""
+"""Value of `Caps.ring` for a triangle that closes a gap with an area in plan."""
 
 ALONG_EDGE = (0.5, 0.382)
-"""Places along an edge of a gap, as shares of its length, at which the edge is compared with the border.
+"""Places along an edge of a gap, as shares of its length, at which the distance to the border is tested.
 
-An edge of the hull is no side of the border, but a corner of the border may lie on the edge, often exactly in the
-middle: a straight rim of regular points that was rounded to the millimetre has such corners.
+Such an edge is either a side of the border, or a side of the convex hull where the terrain is open. One place is not
+enough: a corner of the border may lie on a side of the hull, often exactly in its middle. A straight rim of regular
+points that was rounded to the millimetre has such corners.
 """
 
 Ids = NDArray[np.int64]

@@ -1,8 +1,9 @@
 """Make a mesh from a survey given as a grid of points, row by row; the mesh needs no welding or repair.
 
 Four neighbouring points make a square of two triangles; all squares are cut along the same diagonal, as in
-`grid_triangles.py`. A square with a missing point at a corner is a hole, and so is a triangle with a side longer than a
-given length. Rows may run in any direction: if most of the area in plan would face down, all facets are turned over.
+`grid_triangles.py`. A square with a missing point at a corner is left out, and so is a triangle with a side that is
+longer in plan than a given length. Both leave a hole. Rows may run in any direction: if most of the area in plan would
+face down, all facets are turned over.
 """
 
 import math
@@ -24,9 +25,10 @@ NOT_FINITE = "the terrain has a vertex that is NaN or infinite; every coordinate
 
 
 class Mesh(NamedTuple):
-    """A triangle mesh in a local frame, as made from a survey.
+    """A triangle mesh in a local frame, made from a survey.
 
-    vertices : (V, 3) m, in the local frame; triangles : (F, 3); origin : of the local frame (m)
+    vertices : (V, 3) m, in the local frame; triangles : (F, 3) vertex numbers
+    origin : m, origin of the local frame, in the coordinates of the survey
     """
 
     vertices: FloatArray
@@ -35,7 +37,7 @@ class Mesh(NamedTuple):
 
 
 class NumberedGrid(NamedTuple):
-    """A grid of points (H, W) whose points are vertices, as the loops over its squares read it.
+    """A grid of points in H rows and W columns, with the vertex number of each point: input of the loops over squares.
 
     number : (H, W) vertex number of each point, -1 for a missing point; vertices : (V, 3) m, in the local frame
     longest : m, longest allowed side of a triangle in plan; inf for no limit
@@ -54,10 +56,10 @@ def grid_mesh(
 
     A point with a NaN coordinate is missing.
 
-    memory : allocates the arrays; share : runs functions in parallel (`jit.memory`)
-    origin : origin of the local frame (m); None for the middle of the points
-    longest_edge : m, longest allowed side of a triangle in plan; None for no limit, because the points of a scanner's
-        grid are farther apart at a larger distance
+    memory : allocates the arrays of the mesh; share : runs functions, possibly in parallel (both: `jit.memory`)
+    origin : origin of the local frame (m); None for the middle of the points' box, in whole metres
+    longest_edge : m, longest allowed side of a triangle in plan; triangles with longer sides are left out. None for no
+        limit: in the grid of a scanner, distant points are far apart
 
     Raises TerrainError if no square has four points, if every triangle has too long a side, or if a point is infinite.
     """
@@ -88,9 +90,10 @@ def grid_mesh(
 def origin_of(boxes: FloatArray) -> tuple[float, float, float]:
     """Return the origin of the local frame (m): the middle of the box around all boxes, in whole metres.
 
-    boxes : (N, 2, 3) m, the lowest and the highest corner of each box; each box is around some of the points
+    boxes : (N, 2, 3) m, the lowest and the highest corner of each box; each box is around some of the points. A box
+        without points has the lowest corner +inf and the highest corner -inf, and does not count.
 
-    Raises TerrainError if a box is not finite.
+    Raises TerrainError if the box around all boxes is not finite.
     """
     low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
     if not (np.isfinite(low).all() and np.isfinite(high).all()):
@@ -109,8 +112,8 @@ def _count_points(points: Any, begin: int, end: int, some: Any, box: Any) -> Non
 
     Points with a NaN coordinate do not count.
 
-    points : (H, W, 3) m; some : (H,) receives the number of points of each row, 0 before the call
-    box : (2, 3) m, receives the lowest and the highest corner; infinite if there are no points
+    points : (H, W, 3) m; some : (H,), all 0 before the call; receives the number of points of each row
+    box : (2, 3) m, receives the lowest and the highest corner; +inf and -inf if there are no points
     """
     for axis in range(3):
         box[0, axis], box[1, axis] = np.inf, -np.inf
@@ -163,9 +166,9 @@ def _is_short(vertices: Any, a: int, b: int, c: int, longest: float) -> bool:
 def _count(grid: NumberedGrid, begin: int, end: int, whole: Any, kept: Any, plan: Any) -> None:
     """Write, for each row of squares, the number of squares, the number of kept triangles, and twice the area in plan.
 
-    A square counts if it has four points; a triangle is kept if no side in plan is longer than `grid.longest`. Only
-    squares with a kept triangle add to the area; a square that faces up adds a positive area. Only the rows of squares
-    from `begin` to `end` - 1 are counted.
+    A square counts if it has four points; a triangle is kept if no side in plan is longer than `grid.longest`. A square
+    with at least one kept triangle adds its whole area, which is positive if the square faces up. Only the rows of
+    squares from `begin` to `end` - 1 are counted.
 
     whole, kept : (H - 1,), receive the numbers of squares and of kept triangles; plan : (H - 1,), receives twice the
         areas, m^2; all 0 before the call
@@ -190,7 +193,7 @@ def _cut(grid: NumberedGrid, begin: int, end: int, turned: bool, first: Any, tri
 
     A triangle is kept if no side in plan is longer than `grid.longest`.
 
-    turned : true to make the triangles face the other side
+    turned : true to reverse the winding of all triangles, so that they face the other side
     first : (H,) for each row of squares, the number of triangles in all earlier rows
     triangles : (F, 3), receives the triangles
     """

@@ -9,7 +9,7 @@ from rpf3d_core.terrain.facets import IntArray
 def grid_triangles(there: NDArray[np.bool_], rows_run_south: bool = False) -> IntArray:
     """Return two triangles (F, 3) for each square of four neighbouring points; all squares have the same diagonal.
 
-    there : (H, W) true where a point exists; indices in the triangles count only existing points, row by row, from 0
+    there : (H, W) true where a point exists; the triangles (F, 3) number only the existing points, row by row, from 0
     rows_run_south : true if later rows lie south of earlier rows, with columns running east; facets then still face up
 
     A square with a missing point is a hole. The diagonal runs from each point to the point of the next row and column.

@@ -31,7 +31,7 @@ Points that do not form a grid have far more different coordinates.
 EVEN = 1e-3
 """Largest deviation of a grid's columns and rows from even spacing, in spacings (-)."""
 MOST_CELLS = 2**31
-"""Largest number of columns and of rows of cells."""
+"""Number of columns, or of rows, of cells from which a grid is refused."""
 
 
 class Cells(NamedTuple):
@@ -64,8 +64,8 @@ def ground_class(classes: NDArray[np.uint8], wanted: tuple[int, ...] = ()) -> ND
 def default_cell(points: FloatArray) -> float:
     """Return the default side (m) of cells for points (N, 3) m.
 
-    The side is the spacing of the points if they form a grid; else a side that gives POINTS_PER_CELL points in a cell
-    on average.
+    The side is the spacing of the points if they form a grid. Otherwise it is a side that gives POINTS_PER_CELL points
+    in a cell on average, rounded to two digits.
 
     Raises
     ------

@@ -10,7 +10,7 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.plan_view import PlanView, Window, seen_from_above
 
 FINEST = 0.25
-"""Smallest side (m) of a pixel."""
+"""Default of the smallest side (m) of a pixel."""
 MOST_PIXELS = 3000
 """Largest number of pixels along the longer side of the image."""
 

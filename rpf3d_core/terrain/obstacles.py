@@ -21,7 +21,8 @@ class Wall(NamedTuple):
 class Obstacles:
     """The obstacles of a scene (barriers and trees), N of them, numbered over all effects.
 
-    names : such as "barriers.fence_1" or "forest"; owner : (N,) for each obstacle, the index of its name in `names`
+    names : such as "barriers.fence_1" or "forest"; several obstacles may share a name
+    owner : (N,) for each obstacle, the index of its name in `names`
     lines : name and points (P, 3) m along the foot of each obstacle that is a line
     stems : (T, 4) m, foot (x, y, z) and diameter of each tree
     heights : height (m) of the panel on each line in `lines`

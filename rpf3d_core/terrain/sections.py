@@ -18,7 +18,10 @@ AT_ONCE = 65_536
 NEAR = 1e-9
 """Share of a facet's width in plan (-) by which the facet is widened: every point on an edge is then in a facet."""
 SHORTEST = 1e-6
-"""Longest part of a line (m) without ground that counts as a crack and not as a hole."""
+"""Longest part of a line (m) without ground that counts as a crack and not as a hole.
+
+Facets whose heights (m) differ by less than this value count as equally high.
+"""
 
 
 class Section(NamedTuple):
@@ -111,7 +114,10 @@ def _spread(values: NDArray[np.int64], counts: NDArray[np.int64]) -> tuple[NDArr
 
 
 def section_of(terrain: Terrain, begin: FloatArray, end: FloatArray) -> Section | None:
-    """Return the ground along a straight line in plan from `begin` to `end` (2,) m; None if a part has no ground."""
+    """Return the ground along a straight line in plan from `begin` to `end` (2,) m.
+
+    The result is None if a part of the line longer than SHORTEST has no ground.
+    """
     length = float(np.hypot(*(end - begin)))
     facets = _facets_near(terrain, begin, end)
     corners = terrain.vertices[terrain.triangles[facets]]

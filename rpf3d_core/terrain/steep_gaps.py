@@ -15,15 +15,16 @@ The plane of such a ring is steeper than 78 degrees.
 
 
 def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, FloatArray, Corners]:
-    """Close holes in steep slopes: return the border sides (N, 3, 3) m that remain, and triangles (T, 3, 3) m.
+    """Return the border of a terrain without its holes in steep slopes, and the triangles that close these holes.
 
-    The triangles close the holes. Also return the number (T,) of the hole that each triangle closes.
+    Results: the remaining border sides (N, 3, 3) m, the triangles (T, 3, 3) m, and for each triangle the number (T,) of
+    the hole that it closes.
 
-    A ring is a hole if it runs clockwise, seen from the free side of the facets around the ring. A ring around a
-    component runs counter-clockwise and is not closed here. A ring that crosses itself in its own plane is not closed
-    here either.
+    A steep ring of border sides (`STEEP`) is a hole if it runs clockwise, seen from the free side of the facets around
+    the ring. A ring around a component runs counter-clockwise, and its sides remain. The sides of a ring that touches
+    another ring, or that crosses itself in its own plane, remain as well.
 
-    border : (B, 3, 3) m, from `border.border_of`
+    border : (B, 3, 3) m, begin and end of each side and third corner of its facet, from `border.border_of`
     crack : width (m) up to which a hole is a crack; the sides of a crack are removed, but it gets no triangles
     """
     label = _ring_of(border)
@@ -42,9 +43,9 @@ def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, F
 
 
 def _ring_of(border: FloatArray) -> Corners:
-    """Return the number (B,) of the closed ring that each border side belongs to.
+    """Return the number (B,) of the closed ring that each border side belongs to; rings that touch count as one ring.
 
-    Rings that touch count as one ring.
+    border : (B, 3, 3) m, as in `without_steep_rings`
     """
     ends = border[:, :2].reshape(-1, 3) + 0.0
     points, number = np.unique(ends, axis=0, return_inverse=True)
@@ -59,7 +60,7 @@ def _sums(border: FloatArray, label: Corners) -> tuple[FloatArray, FloatArray]:
     Both together show whether the ring is a hole. The direction is the sum, over the border sides of the ring, of the
     facet's unit normal times the length of the side.
 
-    label : (B,) ring number of each border side
+    border : (B, 3, 3) m, as in `without_steep_rings`; label : (B,) ring number of each border side
     """
     count = int(label.max()) + 1
     a, b, third = border.transpose(1, 0, 2)

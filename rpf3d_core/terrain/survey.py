@@ -12,7 +12,9 @@ from rpf3d_core.terrain.mesh.zero_area import NO_AREA_AT_ALL, without_area
 
 
 def mesh_terrain(vertices: FloatArray, triangles: IntArray, zone: str, weld_tolerance: float | None = None) -> Terrain:
-    """Return the terrain of a survey, with the mesh welded and its winding repaired, in one zone.
+    """Return the terrain of a survey, in one zone, after welding its mesh (optional) and repairing its winding.
+
+    The origin of the local frame is the middle of the vertices' box, in whole metres.
 
     vertices : (V, 3) m, z up; triangles : (F, 3); zone : name of the zone
     weld_tolerance : vertices at most this far apart (m) become one vertex; None if the mesh is already welded

@@ -1,4 +1,4 @@
-"""Split a zone that consists of separate surfaces at different heights, such as a layer with all berms of a wall."""
+"""Split a zone made of separate surfaces at different heights, such as a CAD layer with all berms of a wall."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -13,16 +13,20 @@ from rpf3d_core.terrain.mesh.components import components
 from rpf3d_core.terrain.mesh.edges import Edges, shared_by_two
 
 SMALLEST = 0.02
-"""Share (-) of its zone's area from which a surface always counts as a part of its own."""
-LEAST_AREA = 100.0
-"""Area (m^2) from which a smaller surface, too, counts as a part if it lies at another height: 33 m of a berm 3 m wide.
+"""Share (-) of a zone's area from which a surface of the zone always counts as a part of its own.
 
-A layer can contain the pit's floor and rim, so that each berm is a small share of its area.
+The same share of the area is left out at both ends of a range of heights (`heights_of_zone`).
+"""
+LEAST_AREA = 100.0
+"""Area (m^2) from which a surface below the share SMALLEST, too, counts as a part, if it lies at another height.
+
+This is the area of 33 m of a berm 3 m wide. A zone can contain the pit's floor and rim, so that each berm has only a
+small share of the zone's area.
 """
 
 
 class Merged(NamedTuple):
-    """The surfaces of a zone whose mean heights differ from the mean height of their part by more than LOWEST (3 m).
+    """The surfaces of a zone whose mean heights differ from the mean heights of their parts by more than LOWEST (3 m).
 
     surfaces : number of surfaces; area : m^2, of all of them; largest : m^2, of the largest; farthest : m, the largest
         difference from the mean height of the part
@@ -80,8 +84,8 @@ def parts_by_height(terrain: Terrain, edges: Edges) -> list[ZoneParts]:
     A surface is a set of facets of one zone that are connected by edges. The surfaces of a zone are sorted by mean
     height. Neighbours in this order that differ by less than LOWEST (3 m) are one part, because a berm interrupted by a
     ramp or a spill is one bench. A surface of less than the share SMALLEST of the zone's area joins the part that is
-    nearest in height, if it is smaller than LEAST_AREA (m^2) or lies within the heights of a surface with a larger
-    share, such as a fragment of a face or a ramp.
+    nearest in height, if it is smaller than LEAST_AREA (m^2), or if its mean height is at most LOWEST outside the
+    heights of a surface with a larger share. An example is a fragment of a face or a ramp.
     """
     one, other, _ = shared_by_two(edges)
     same = terrain.zone[one] == terrain.zone[other]
@@ -128,9 +132,11 @@ def joined_benches(terrain: Terrain, edges: Edges) -> list[Joined]:
 
 
 def heights_of_zone(terrain: Terrain, number: int) -> tuple[float, float]:
-    """Return the low and the high end (m, local frame) of a zone's heights; number : of the zone, which has facets.
+    """Return the lowest and the highest height (m, local frame) of a zone, without extreme facets.
 
     The lowest and the highest facets are left out, up to the share SMALLEST of the zone's area each.
+
+    number : index of the zone in `terrain.zones`; the zone must have facets
     """
     triangles = terrain.triangles[terrain.zone == number]
     area = np.linalg.norm(area_vectors(terrain.vertices, triangles), axis=1)
@@ -218,7 +224,7 @@ def names_of_parts(parts: ZoneParts) -> list[str]:
 def with_parts(terrain: Terrain, parts: ZoneParts) -> Terrain:
     """Return the terrain with a zone replaced by its parts, at the zone's position in the order of zones.
 
-    No other zone may have the name of a part.
+    No other zone may have the name of a part; this is not checked.
     """
     place, more = terrain.zones.index(parts.zone), len(parts.heights) - 1
     zone = np.where(terrain.zone > place, terrain.zone + more, terrain.zone).astype(terrain.zone.dtype)

@@ -42,9 +42,9 @@ def sets_of_rocks(rocks: IntArray, sets: int, source: int) -> IntArray:
 
 
 def turns(rounds: IntArray, sets: int, source: int) -> IntArray:
-    """Return by how many places the order of the parameter sets is shifted cyclically in each round: (N,).
+    """Return the cyclic shifts (N,) of the order of the parameter sets in N rounds of rocks, in places.
 
-    For n sets, a round is n successive rocks of the source, one for each set.
+    For n sets, a round is n successive rocks of the source, one for each set. Shifts are whole numbers, 0 to n - 1.
 
     rounds : (N,) numbers of the rounds; sets : number of sets; source : index of the source
     """

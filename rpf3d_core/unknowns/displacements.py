@@ -19,11 +19,11 @@ IN_PLAN = 2
 def displacements(sets: ParameterSets, misfit: float, seed: int) -> FloatArray:
     """Return the displacement in plan (S, 2) m of each of S parameter sets, evenly spread over a normal distribution.
 
-    The displacement of a set depends only on the seed, the number of the set, and the number of parameters. Parameters
-    and displacements are dimensions of one sequence of evenly spread points, the displacements last. So both together
-    are spread evenly.
+    The displacement of a set depends only on the misfit, the seed, the number of the set, and the number of parameters.
+    Parameters and displacements are dimensions of one sequence of evenly spread points, the displacements last. So both
+    together are spread evenly.
 
-    misfit : m, standard deviation of a displacement in each direction
+    misfit : m, standard deviation of a displacement in each direction; seed : of the evenly spread points
     """
     points = spread_points(len(sets), len(sets.names) + IN_PLAN, seed)[:, -IN_PLAN:]
     normal = [[normal_quantile(max(u, SMALLEST)) for u in row] for row in points.tolist()]

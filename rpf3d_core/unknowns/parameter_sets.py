@@ -20,7 +20,7 @@ PLACE = "rpf3d_calibrated_in"
 
 @dataclass(frozen=True, eq=False)
 class ParameterSets:
-    """S parameter sets of U parameters; the values cannot be changed.
+    """S parameter sets of U parameters; `parameter_sets` makes them, with arrays that cannot be changed.
 
     names : key paths of the parameters in a scene (`scene.key_paths`)
     values : (S, U) in the units of the scene file; weights : (S,) >= 0, summing to 1; None if all weights are equal
@@ -49,15 +49,16 @@ class ParameterSets:
 def parameter_sets(names: Sequence[str], values: ArrayLike, weights: ArrayLike | None = None) -> ParameterSets:
     """Check names, values and weights, and return them as parameter sets.
 
-    The arrays of the result are copies that cannot be changed; the weights are scaled so that their sum is 1.
+    The arrays of the result are copies that cannot be changed. The weights are scaled so that their sum is 1; equal
+    weights become None.
 
-    names : U key paths, all different; values : (S, U); weights : (S,) >= 0, or None
+    names : U key paths, all different; values : (S, U); weights : (S,) >= 0, or None if all sets have the same weight
 
     Raises
     ------
     InputError
-        There is no set or no parameter, a name appears twice, shapes do not fit, a value is not finite, or no weight
-        is above 0.
+        There is no set or no parameter, a name appears twice, shapes do not fit, a value is not finite, a weight is
+        negative or not finite, or all weights are 0.
     """
     array = np.array(values, dtype=float)
     if array.ndim != 2 or array.shape[1] != len(names) or not array.size:
@@ -75,7 +76,7 @@ def parameter_sets(names: Sequence[str], values: ArrayLike, weights: ArrayLike |
 def _checked(weights: ArrayLike | None, sets: int) -> FloatArray | None:
     """Return weights (S,) scaled so that their sum is 1; None if all weights are equal or none are given.
 
-    Raise InputError if there is not one weight >= 0 for each set, or all weights are 0.
+    Raise InputError if there is not one finite weight >= 0 for each set, or all weights are 0.
 
     sets : number of sets, S
     """
@@ -117,7 +118,8 @@ def read_parameter_sets(path: str | Path) -> ParameterSets:
     Raises
     ------
     InputError
-        The file cannot be read, or its content is refused as in `parameter_sets`; the message names the file.
+        The file cannot be read, no column is a parameter, a column of numbers lacks a value, or the content is refused
+        as in `parameter_sets`; the message names the file.
     """
     from rpf3d_core.unknowns.sample_files import read_columns
 

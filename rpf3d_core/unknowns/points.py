@@ -8,7 +8,7 @@ from rpf3d_core.materials.streams import Purpose, uniform
 from rpf3d_core.unknowns.parameter_sets import FloatArray
 
 SMALLEST = 2.0**-53
-"""Weight (-) below which a digit no longer changes a number in [0, 1)."""
+"""Weight (-) of a digit, such as 1/2 or 1/4, below which the digit no longer changes a 64-bit number in [0, 1)."""
 
 
 def spread_points(points: int, dimensions: int, seed: int) -> FloatArray:

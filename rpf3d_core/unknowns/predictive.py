@@ -27,7 +27,7 @@ LEVEL = 0.95
 """Probability (-) with which a predictive interval contains the result."""
 
 FEWEST = 5.0
-"""Noise is subtracted if a set has, on average, at least this number of rocks that the share counts, and of others."""
+"""Smallest mean number of rocks per set, both of rocks that the share counts and of others, to subtract the noise."""
 
 
 ENOUGH = 39
@@ -81,7 +81,7 @@ def shares_of_site(counts: FloatArray, totals: FloatArray) -> Interval:
     The live simulator uses `predictive_shares` instead, because alerts have their own limits for too few rocks. Cells
     of maps use `predictive_shares` too, because few sets reach a cell (`SetFigures.shares_of_cells`).
 
-    counts, totals : (S, N) as for `predictive_shares`
+    counts, totals : (S, N) as for `predictive_shares`; ends are NaN as for `predictive_shares`
     """
     low, high = predictive_shares(counts, totals)
     return Interval(
@@ -93,9 +93,10 @@ def least_end(counts: FloatArray, totals: FloatArray) -> FloatArray:
     """Return the smallest upper ends (N,) that predictive intervals of N shares (-) may have.
 
     The result is the smaller of two bounds. First bound: if a share p has the mean m over all sites, then
-    P(p > x) <= m / x (Markov's inequality), so the upper end is at most m / 0.025; for m, the upper end of the sampling
-    interval of the mean share is used. Second bound: the upper end of the sampling interval of the largest share of a
-    single set. Both bounds count only the hits of the 2.5 % of the sets (rounded up to whole sets) with the largest
+    P(p > x) <= m / x (Markov's inequality). The share of a site exceeds the upper end with a probability of 2.5 %, so
+    the upper end is at most m / 0.025. For m, the upper end of the sampling interval of the mean share is used. Second
+    bound: the upper end of the sampling interval of the largest share of a single set. Both bounds count only the hits,
+    that is the counted rocks, of the 2.5 % of the sets (rounded up to whole sets) with the largest
     shares. So, while at most half of the sets have a hit, an interval of `shares_of_site` never becomes lower if a set
     has more hits. If more than half of the sets have a hit, the ranks show the upper end, and each of these largest
     shares counts as one hit at most.
@@ -148,7 +149,8 @@ def _between(shares: FloatArray, totals: FloatArray, seen: FloatArray, sets: NDA
 def ranked(values: FloatArray, level: float = LEVEL) -> Interval:
     """Return the intervals that contain one more draw with probability `level`, from S draws (S, N) of N quantities.
 
-    Values that are NaN count as missing. With too few draws for the level, the ends are the outermost draws.
+    Values that are NaN count as missing. With too few draws for the level, the ends are the smallest and the largest
+    draw; without a draw, both ends are NaN.
     """
     some = np.sort(values, axis=0)  # NaN sort to the end
     sets = np.isfinite(some).sum(axis=0)

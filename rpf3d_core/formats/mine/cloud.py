@@ -13,7 +13,7 @@ class Cloud(NamedTuple):
 
     points : (N, 3) m
     classes : (N,) class of each point, as in LAS files; None if the file has no classes
-    single : true if the file stores coordinates in single precision
+    single : True if the file stores coordinates in single precision
     remarks : sentences on content of the file that was not read
     crs : the coordinate reference system that the file states; None if it states none
     """

@@ -40,8 +40,8 @@ def read_cloud(path: Path) -> Cloud:
     Raises
     ------
     TerrainError
-        The file is missing, empty, damaged, of unknown format or in degrees, or a point is not finite or too far from
-        the origin.
+        The file is missing, empty, damaged, of unknown format or in degrees, a point is not finite or too far from the
+        origin, or the library for the format is not installed.
     """
     reader = CLOUD_READERS.get(path.suffix.lower())
     if reader is None:
@@ -61,7 +61,7 @@ def read_cloud_surface(path: Path) -> FileMesh:
     Raises
     ------
     TerrainError
-        As `read_cloud`, or the points make no surface.
+        As `read_cloud`, or no surface can be made from the points.
     """
     cloud = read_cloud(path)
     try:

@@ -227,7 +227,9 @@ def _whole(values: FloatArray) -> Ids:
 
 
 def _layers(drawing: DxfDrawing, entity: Ids) -> tuple[NDArray[np.int32], tuple[str, ...]]:
-    """Return the zone (T,) of each triangle, an index into the zone names, and these names: the layers in file order.
+    """Return the zone (T,) of each triangle, and the names of the zones.
+
+    A zone is an index into the names. The names are those of the layers with triangles, in the order of the file.
 
     entity : (T,) number of the entity that each triangle belongs to
     """

@@ -24,7 +24,7 @@ class DxfDrawing(NamedTuple):
     pairs : the pairs in the order of the file
     entity : (P,) number of the entity that each pair belongs to
     kind : (E,) index of the entity's type in `pairs.texts`; layer : (E,) index of its layer in `pairs.texts`, or -1
-    drawn : (E,) true for entities of the section ENTITIES
+    drawn : (E,) True for entities of the section ENTITIES
     unit : value of $INSUNITS; 0 if the file states none
     """
 
@@ -42,6 +42,8 @@ class DxfDrawing(NamedTuple):
 
     def table(self, entities: Ids, codes: tuple[int, ...]) -> FloatArray:
         """Return the values (N, C) of N entities for C group codes; NaN where an entity does not have the code.
+
+        If an entity has a code several times, the last value counts.
 
         entities : (N,) numbers of the entities
         """

@@ -16,7 +16,7 @@ CURVES = ("ARC", "CIRCLE", "ELLIPSE", "SPLINE", "HELIX")
 CURVE_3D = 8
 """Flag of a POLYLINE whose vertices have their own heights; other polylines lie in a plane."""
 KEPT = 4
-"""Number of files whose lines are kept in memory."""
+"""Number of results of `_lines` (one file, one layer or all layers) that are kept in memory."""
 UP, DOWN = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
 
 
@@ -42,8 +42,8 @@ def read_dxf_lines(path: Path, layer: str = "") -> list[Line]:
     Raises
     ------
     InputError
-        The file is damaged, or has one of these on a wanted layer: a curve (arc, circle, ellipse, spline, helix), or a
-        polyline with bulges or in a plane that is not level.
+        The file cannot be read, is damaged, or has one of these on a wanted layer: a curve (arc, circle, ellipse,
+        spline, helix), or a polyline with bulges or in a plane that is not level.
     """
     try:
         state = path.stat()

@@ -1,4 +1,4 @@
-"""Read the surfaces of an OMF 1 file (Global Mining Guidelines Group, Open Mining Format 0.9); each is a zone.
+"""Read the surfaces of an OMF 1 file (Global Mining Guidelines Group, Open Mining Format 0.9) as zones.
 
 An OMF 1 file has a header of 60 bytes, arrays compressed by zlib, and JSON that describes the elements. Arrays are
 expanded only up to a multiple of their size in the file, so that a small file cannot use up all memory.

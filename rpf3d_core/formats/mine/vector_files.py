@@ -24,7 +24,7 @@ State = tuple[tuple[int, int] | None, ...]
 
 VECTOR_EXTENSIONS = (".gpkg", ".shp")
 MOST_FEATURES = 1_000_000
-"""Largest number of features of a file that is read."""
+"""Largest number of features of a layer that is read."""
 FAMILIES = {"polygon": "polygons", "line": "lines", "point": "points"}
 """Plural of each kind of geometry, for messages."""
 MOST_KEPT = 2**24
@@ -75,11 +75,11 @@ def read_vector(path: Path, family: str, layer: str = "", heights: bool = False)
 
 
 def vector_crs(path: Path, family: str) -> str | None:
-    """Return the reference system of the only layer with a kind of geometry; None if the layer states none.
+    """Return the reference system of the only layer with the wanted kind of geometry; None if the layer states none.
 
-    The result is also None if the file cannot be read, or has no such layer or several.
+    The result is also None if the file cannot be read, or has no such layer or several such layers.
 
-    family : kind of geometry, "polygon", "line" or "point"; the layers of a GeoPackage may have different systems
+    family : wanted kind of geometry, "polygon", "line" or "point"; layers of a GeoPackage may have different systems
     """
     try:
         needed(path, "pyogrio")

@@ -61,7 +61,7 @@ def barriers_section(maps: HazardMaps) -> dict[str, Any]:
 
 
 def worst_section(maps: HazardMaps) -> dict[str, dict[str, Any]]:
-    """Return for each barrier, by name, the figures of the sources that are worst for them.
+    """Return, by barrier name, each figure of the barrier, taken from the source for which this figure is worst.
 
     Each figure has the form of `barriers_section` and the key `source`: the name of the source, None if the figure is
     of all rocks together. The result is {} if barriers are not counted for each source.
@@ -82,7 +82,10 @@ def worst_section(maps: HazardMaps) -> dict[str, dict[str, Any]]:
 
 
 def shown_section(maps: HazardMaps) -> dict[str, Any]:
-    """Return the section of barriers for tables: with `reached`, and each figure of the source that is worst for it."""
+    """Return the section of barriers for printed tables.
+
+    It contains `reached`, and each figure is taken from the source for which this figure is worst (`worst_section`).
+    """
     worst = worst_section(maps)
     return {name: {**facts, **worst.get(name, {})} for name, facts in _with_reached(maps).items()}
 
@@ -105,7 +108,9 @@ def write_barriers(path: Path, maps: HazardMaps) -> None:
 
 
 def write_source_barriers(path: Path, maps: HazardMaps) -> None:
-    """Write source_barriers.csv: the lines of barriers.csv for each source, after the columns OF_SOURCE.
+    """Write source_barriers.csv: the lines of barriers.csv for each source, with the columns OF_SOURCE before them.
+
+    Sources of which no rock has flown are left out.
 
     maps : of a scene in which barriers are counted for each source
     """

@@ -30,7 +30,7 @@ def words_on_maps(maps: HazardMaps) -> str:
 
 
 def _of_a_source(maps: HazardMaps) -> str:
-    """Return the largest share of the rocks of a source that reached a cell, "" if it is not known."""
+    """Return text on the largest share of the rocks of a source that reached a cell; "" if it is not known."""
     worst = maps.worst_cells
     return "" if worst is None else f", or {_percent(worst.reach)} of the rocks of a source,"
 

@@ -114,9 +114,10 @@ def zones_without_cells(terrain: Terrain, maps: HazardMaps, spec: HazardSpec) ->
 
 
 def _absent(zones: Sequence[Zone], kind: str, missing: Sequence[Zone]) -> str:
-    """Return that the file lacks zones of all rocks together, and for how many of them the worst source has a zone.
+    """Return the end of a sentence on zones without cells, with the number of such zones that the worst source has.
 
-    kind : of the zones of the worst source; missing : the zones of all rocks together without cells
+    zones : all requested zones; kind : kind of the zones of the worst source, for the sentence
+    missing : the zones of all rocks together that have no cells
     """
     lacking = {(zone.level, zone.name) for zone in missing}
     of_worst = sum(zone.kind == kind and zone.cells.any() and (zone.level, zone.name) in lacking for zone in zones)

@@ -151,7 +151,10 @@ def _upper_end(maps: HazardMaps) -> dict[str, Theme]:
 
 
 def _of_worst(maps: HazardMaps) -> dict[str, Theme]:
-    """Return the pictures of the worst source of each cell as entries of `themes`; empty if it is not known."""
+    """Return the pictures of the worst source of each cell as entries of `themes`.
+
+    The result is empty for a scene with one source, and if the counts of the sources needed too much memory.
+    """
     cells, worst, wide = maps.cells, maps.worst_cells, f"in cells of {maps.raster.cell:g} m"
     if worst is None:
         return {}

@@ -28,7 +28,7 @@ from rpf3d_core.values import Outcome
 
 DISTANCE = "horizontal distance travelled (m)"
 FINER = 4
-"""Ratio (-) of the largest distance between path points in the overview to this distance in a section."""
+"""Ratio (-): the largest distance between path points in the overview, divided by that in a section."""
 
 
 def write_profile_plots(

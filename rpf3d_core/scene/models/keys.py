@@ -132,7 +132,13 @@ class EffectsSpec(StrictModel):
 
 
 def chosen_model(spec: type[OneOf]) -> Any:
-    """Return a validator that reads a model from the scene: a name, or a mapping of one name to parameters."""
+    """Return a validator that converts a scene's choice of a model to the fields of its class.
+
+    The choice is a name, or a mapping of one name to parameters. The validator raises a PydanticCustomError for a name
+    that is neither a model of the class nor the import path of a user's class, if the class allows one.
+
+    spec : the class, such as `GroundSpec`
+    """
 
     def values(value: Any) -> Any:
         if isinstance(value, str):

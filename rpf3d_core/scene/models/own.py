@@ -104,7 +104,11 @@ def _file_of(module: str, folder: Path) -> Path:
 
 
 def _loaded(name: str, file: Path) -> Any:
-    """Return the user's module from its file; the file is run again if its content has changed."""
+    """Return the user's module from its file; the file is run again if its content has changed.
+
+    The module is put into `sys.modules`. From then on, compiled code is stored in a cache folder for this content of
+    the file (`jit.cache.compile_apart`). Raise a PydanticCustomError if the file cannot be run.
+    """
     digest = hashlib.sha256(file.read_bytes()).hexdigest()
     there = sys.modules.get(name)
     if getattr(there, "RPF3D_DIGEST", None) == digest:

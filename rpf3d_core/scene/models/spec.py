@@ -22,13 +22,14 @@ this project; UNCONFIRMED: general knowledge, which the user must check.
 class ModelSpec(StrictModel):
     """The parameters of one model or effect. Without a BUILDER, the class of its physics has fields of the same names.
 
-    PHYSICS : module and class of the physics parameters, for which the rules are registered
-    MATERIAL_KEYS : optional keys of a material that the model requires
-    GROUNDS, REBOUNDS : ground and rebound models that may be combined with this model, None for any
-    STEPS : whether contacts may be found in fixed steps
-    BUILDER : module and function that builds the physics class from the scene; None if copying the numbers is enough
-    OBSTACLES : module and function that returns names and places of the obstacles, from (name, model_spec, physics
-        parameters)
+    PHYSICS : `module:class` of the physics; the engines find the rules of the model by this class
+    MATERIAL_KEYS : keys that are optional in a material, but that this model requires
+    GROUNDS, REBOUNDS : names of the ground and rebound models that may be combined with this model, None for any
+    STEPS : True if contacts may be found in fixed time steps
+    BUILDER : `module:function` that returns an object of the physics class from (parameters, scene, terrain); None if
+        copying the parameters is enough
+    OBSTACLES : `module:function` that returns names and places of the obstacles, from (name of the effect, parameters,
+        object of the physics class); None for an effect without obstacles
     STOPPED : of a ground model, the sentence on stopped rocks; None for the usual sentence
     NOT_FOR_BODIES : of an effect, why it does not act on rocks with a shape; None if it does
     REPLACED_FOR_BODIES : parameters of an effect that rocks with a shape do not have, with the key to give instead

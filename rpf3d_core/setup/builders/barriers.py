@@ -157,9 +157,10 @@ def _in_one_place(sections: Sequence[_Straight], slack: float) -> Iterator[_Stra
 
 
 def _nearly_on(lines: FloatArray, section: FloatArray, slack: float) -> NDArray[np.bool_]:
-    """Return for each line (N,) True if a section nearly lies on it, so that the section overlaps the line in length.
+    """Return flags (N,), True for each line on which a section nearly lies.
 
-    Both ends of the section are then at most `slack` from the line, which is extended beyond its ends.
+    Both ends of the section are then at most `slack` from the line, extended beyond its ends. Along the line, the
+    section overlaps it, or lies at most `slack` beyond one of its ends.
 
     lines : (N, 2, 2) m, ends of the lines in plan; section : (2, 2) m, ends of the section
     slack : m, largest distance of both ends of the section from the line

@@ -21,7 +21,10 @@ OUTSIDE = 64.0
 """Distance in plan, in crack widths, from a side of the rim to the place where the ground below it is searched."""
 
 MOST_BY_REFERENCE = 100
-"""Largest number of sides that the reference engine searches; a search below a long rim can take it 0.1 s a side."""
+"""Largest number of sides of the rim that the reference engine searches.
+
+Below a long rim, the reference engine may need 0.1 s for each side.
+"""
 
 
 class HangingRim(NamedTuple):
@@ -45,8 +48,10 @@ def hanging_rim(terrain: Terrain, engine: Engine) -> HangingRim | None:
     """Return the part of the rim that hangs at least LEAST_HEIGHT (m) over other ground; None if there is none.
 
     An example is a muck pile whose rim lies above the ground. A side of the rim counts if its middle hangs over ground.
-    A long rim is searched with the compiled engine. Without numba, only a sample of its sides is searched, and
-    `length` is an estimate.
+    A rim with more than MOST_BY_REFERENCE sides is searched with the compiled engine. Without numba, only a sample of
+    its sides is searched, and `length` is an estimate.
+
+    engine : engine over the terrain, which finds the ground below a place
     """
     rim = rim_of(terrain.triangles, edges_of(terrain.triangles, len(terrain.vertices)))
     begin, end, third = (terrain.vertices[corner] for corner in (rim.begin, rim.end, rim.third))

@@ -17,7 +17,7 @@ from rpf3d_core.setup.coverage import plain
 from rpf3d_core.terrain.frame import FloatArray, Up
 
 SHARP = 135.0
-"""Change of direction (degrees) at a point above which a line turns back; crests and ramps turn less."""
+"""A line turns back at a point where its direction changes by more than this angle (degrees); crests turn less."""
 LONGER = 1.05
 """Ratio (-) of a line's length to its length in another order; above it, the points are probably out of order."""
 MOST_POINTS = 5_000

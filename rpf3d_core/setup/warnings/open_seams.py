@@ -10,7 +10,10 @@ from rpf3d_core.terrain.facets import Terrain
 
 
 def open_seams(terrain: Terrain, seams: Seams) -> Iterator[str]:
-    """Yield a warning if seams of the terrain are still open, with their number, the widest and its place."""
+    """Yield a warning if seams of the terrain are still open.
+
+    The warning has the number of vertices at open seams, the width of the widest open seam, and the place of this seam.
+    """
     if not len(seams.vertex):
         return
     widest = int(np.argmax(seams.gap))

@@ -38,6 +38,7 @@ MOST_PAIRS = 3
 """Largest number of pairs of files that are reported."""
 MANY_DUPLICATES = 0.001
 """Share (-) of facets that lie on the vertices of other facets, above which such facets are reported.
+
 Drawings often have a few such facets.
 """
 
@@ -89,7 +90,7 @@ def overlaps_in(terrain: Terrain, facets: Sequence[int], window: Window) -> Iter
 
     At each place, the uppermost surface of each file counts; a file may have overhangs. The distance between two files
     is measured normal to the ground: two surveys with a small shift in plan differ much in height on a face. A pile,
-    berm or building in a separate file makes no pair, because it rises from the ground, with its rim in the ground.
+    berm or building in a separate file is not reported, because it rises from the ground, with its rim in the ground.
 
     facets : number of facets of each file; window : from `shared_window`
     """
@@ -171,9 +172,10 @@ def _at_rows(terrain: Terrain, window: Window, rows: int) -> NDArray[np.int64]:
 
 
 def shared_window(plan: FloatArray, points: Sequence[int]) -> Window | None:
-    """Return the smallest window around all ground that may be in two files; None if the files lie next to each other.
+    """Return the smallest window around all ground that may be in two files; None without such ground.
 
     Where the boxes of two files overlap, they have a common part; the window contains the common parts of all pairs.
+    There is no such ground in a single file, or if all files lie next to each other.
 
     plan : (N, 2) m, all points of all files, local frame; points : number of points of each file
     """

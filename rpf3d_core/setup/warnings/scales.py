@@ -13,7 +13,7 @@ MOST_CAPACITY = 50_000.0
 MOST_DENSITY = 8_000.0
 """Largest plausible rock density (kg/m^3); lead ore (galena) has 7,500 kg/m^3."""
 WEIGHTS = (10.0, 100.0)
-"""Range of densities (kg/m^3) that are plausible for rock in kN/m^3."""
+"""Range of numbers that are too small for a density in kg/m^3, but plausible for a weight of rock in kN/m^3."""
 STANDARD_GRAVITY = 9.80665
 """Gravity (m/s^2) that converts a weight of rock into its density."""
 ROCK = (1_000.0, MOST_DENSITY)

@@ -83,7 +83,9 @@ def _told_apart(
 ) -> SourceHeight:
     """Return the start heights of a source, with rocks off the terrain and rocks under the ground counted separately.
 
-    A rock without terrain below is under the ground if there is terrain above the rock, else off the terrain.
+    A rock without terrain below is under the ground if there is terrain above the rock, else off the terrain. A rock
+    above the back of a facet is under the ground, too.
+
     found : from `_heights`; number : index of the source
     releases : of all R checked rocks; below : (R, 3) for these rocks: height (m) above the ground, facet below (-1:
         none), side of this facet below the rock (1: free, -1: back)

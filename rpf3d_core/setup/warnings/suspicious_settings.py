@@ -56,7 +56,7 @@ SWAPPED = 1.5
 LEAST_TERMINAL_SPEED = 1.0
 """Smallest plausible sink speed (m/s) of rocks in a drag layer.
 
-A slower rock needs half a minute for a layer of 30 m.
+A slower rock needs more than half a minute to sink through a layer 30 m high.
 """
 
 
@@ -175,7 +175,9 @@ def _sections_with_sizes(scene: Scene) -> list[tuple[str, RockSpec | SourceSpec]
 def _units_in_words(diameter: float) -> str:
     """Return the first part of a question: the units in which a number would be a plausible diameter of a rock.
 
-    diameter : in m, as the scene reads it; the result is "" if no unit fits
+    The result is "" if no unit fits.
+
+    diameter : the number, which the scene reads in m
     """
     sizes = {unit: diameter * LENGTHS[unit][1] for unit in UNITS_OF_SIZES}
     fitting = [f"in {unit} ({three_figures(size)} m)" for unit, size in sizes.items()
@@ -223,7 +225,10 @@ def _rolling(scene: Scene) -> Iterator[str]:
 
 
 def _idle_rolling_friction(scene: Scene) -> Iterator[str]:
-    """Yield a warning for each material with a rolling friction that the ground model of the scene does not use."""
+    """Yield a warning for each material with a rolling friction that the ground model of the scene does not use.
+
+    There is no warning with `ground: none`, and none for materials of rocks with a shape.
+    """
     if scene.ground_model.name == "none":
         return
     for name, material in scene.materials.items():

@@ -62,7 +62,7 @@ def as_fast(body: Body, motion: BodyMotion) -> float:
 def meet_obstacle(
     effects: Any, body: Body, motion: BodyMotion, tally: RockTally, meeting: Meeting, rock: RockContext, record: Record
 ) -> Met:
-    """Return the result for a body that meets an obstacle at its present position; write the meeting into the record.
+    """Return the result for a body that meets an obstacle at its current position; write the meeting into the record.
 
     motion, tally : motion and running totals of the body before the meeting
     effects : parameters of all effects of the scene; meeting : the obstacle; record : receives the meeting

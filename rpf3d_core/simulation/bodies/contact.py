@@ -51,7 +51,7 @@ LONGEST, SHORTEST = 0.02, 1e-5
 TURN = 0.15
 """Largest turn of the body in a step (rad)."""
 SOLVED, FINISHED = 1e-3, 1e-4
-"""Largest errors of a contact's velocity after the solution: error times length of the step, over the skin (-).
+"""Largest errors of a contact's velocity after the solution: error times length of the step, divided by the skin (-).
 
 SOLVED is for usual steps. FINISHED is for the last step before an impact, because its error changes the impact.
 """
@@ -93,7 +93,9 @@ def with_velocity(motion: BodyMotion, velocity: Velocity) -> BodyMotion:
 def contacts_of(
     body: Body, room: BodyRoom, points: Any, physics: Physics, motion: BodyMotion, rock: RockContext, moved: float
 ) -> int:  # fmt: skip
-    """Write the contacts of a body at its present position into `points`; return their number.
+    """Write the contacts of a body at its current position into `points`; return their number.
+
+    Facets nearby are examined again where needed, and their states are written into `room.planes`.
 
     points : (K, CONTACT_COLUMNS); moved : path bound of the body, as in `Ride` (m)
     """
@@ -127,7 +129,8 @@ def held_up(body: Body, room: BodyRoom, count: int, motion: BodyMotion, h: float
 
     At the end of a step, a contact that carries the body moves towards the ground, with half of the velocity that its
     free acceleration adds in the step. The impulse that stops this contact belongs to the step, not to the impact. If
-    the solver diverges, so that kinetic energy would rise, the motion is returned unchanged.
+    the solver diverges, so that kinetic energy would rise, the motion is returned unchanged. `room.later` is
+    overwritten.
     """
     velocity, carrying = body_velocity(motion), 0
     for i in range(count):
@@ -149,7 +152,12 @@ def held_up(body: Body, room: BodyRoom, count: int, motion: BodyMotion, h: float
 
 @kernel
 def struck(body: Body, room: BodyRoom, count: int, motion: BodyMotion) -> BodyMotion:
-    """Return the motion of a body after an impact at all its contacts; count : number of contacts in `room.points`."""
+    """Return the motion of a body after an impact at all its contacts.
+
+    The impulses and goal velocities in `room.points` are set to zero afterwards.
+
+    count : number of contacts in `room.points`
+    """
     after = impact(room.points, room.rows, count, body.moments, body_velocity(motion), SLOW)
     forget(room.points, count)
     return with_velocity(motion, after)
@@ -283,7 +291,7 @@ def _error(body: Body, room: BodyRoom, moved: float) -> float:
 def _next_length(h: float, error: float) -> float:
     """Return the length (s) of the next step, from the length h (s) and the error (-) of this step.
 
-    error : largest error of a gap over the largest allowed error, from `_error`
+    error : largest error of a gap, divided by the largest allowed error, from `_error`
 
     The length is divided by the fourth root of the error, within limits. The error of a step is of third order, so the
     fourth root is on the safe side.
@@ -311,7 +319,9 @@ def carry(
     count : number of contacts in `room.points`; h : length of the step that is tried first (s)
     at : path bound of the body at the start, as in `Ride` (m), and the rock's data
 
-    If the gaps at the end differ too much from the expected gaps, the step is repeated with a shorter length.
+    The step ends early where a gap falls below its limit (`clear_until`). If the gaps at the end differ too much from
+    the expected gaps, the step is repeated with a shorter length, down to SHORTEST. Afterwards, `room.points` has the
+    contacts at the end of the step, with their impulses as the first guess for the next step.
     """
     moved, rock = at
     gravity, before = physics.settings.gravity, body_velocity(motion)

@@ -27,11 +27,12 @@ def follow_in_room(
 ) -> int:  # fmt: skip
     """Fly bodies `begin` to R - 1 and write their flights into the logbook.
 
+    The flights end at the first body whose path does not fit into the record; its number is returned. If all paths fit,
+    R is returned. If the facets near a body do not fit into the working memory, the body flies again with larger
+    memory.
+
     follow : the loop to call, `follow_each` or its plain Python form
     launches : the R bodies at their release; begin : number of the first body to fly
-
-    Returns the number of the first body whose path did not fit into the record; R if all paths fitted. If the facets
-    near a body do not fit into the working memory, the body flies again with larger memory.
 
     Raises
     ------

@@ -35,7 +35,8 @@ class Path(NamedTuple):
     """A free flight of a body for t seconds, and the events that may end it.
 
     start, flight : motion at the beginning, and the free flight from there
-    k : index in `BodyRoom.facets` of the facet with which contact begins at t; -1 if no contact begins
+    k : index in `BodyRoom.facets` of the facet with which contact begins at t, unless the body meets an obstacle
+        before; -1 if no contact begins
     left : time until max_time (s); end : time until the body has left the terrain (s)
     longest : planned duration, for which one free flight may replace the flight through the air (s); inf if no effect
         acts in the air
@@ -59,7 +60,8 @@ def _free_flight(
 ) -> Path:  # fmt: skip
     """Return the free flight that begins with the motion `start`, up to a contact or a cap.
 
-    The flight also ends where the facets nearby must be listed again, and at a time limit.
+    The flight also ends where the facets nearby must be listed again, where the body leaves the terrain, and at a time
+    limit. Obstacles are not searched.
 
     ride : state of the body before the flight; longest : planned duration, as in `Path` (s)
     """
@@ -90,7 +92,7 @@ def _next_path(
 ) -> Path:  # fmt: skip
     """Return the next free flight of a body, up to a contact, an obstacle or a cap.
 
-    Before the flight, air drag acts for half of the planned duration. If the flight ends in the first half of the
+    Before the flight, the air acts for half of the planned duration. If the flight ends in the first half of the
     planned duration, it is computed again with a shorter planned duration, as in `parabola.next_parabola`.
     """
     effects, motion = physics.effects, ride.motion
@@ -118,6 +120,8 @@ def fly_on(
 
     Without contact, either the path has ended, as the outcome states, or another free flight follows. Before this
     flight, the facets nearby may have to be listed again.
+
+    record : receives the flight as a path segment, and a meeting with an obstacle
     """
     effects, facets = physics.effects, physics.facets
     path = _next_path(body, room, locator, physics, ride, rock)

@@ -43,7 +43,7 @@ from rpf3d_core.values import MOVING, Mode, Outcome
 from rpf3d_core.vectors import norm, subtract
 
 MOVED_ON = 0.5
-"""Share (-) of the distance `ride.margin_of`: when a body has moved so far, the facets around it are listed again."""
+"""Share (-) of `ride.margin_of`: if a body has moved farther than this share, the facets around it are listed again."""
 
 SLIDING, END = int(Mode.SLIDING), int(Mode.END)
 STOPPED, MAX_TIME = int(Outcome.STOPPED), int(Outcome.MAX_TIME)
@@ -54,7 +54,7 @@ MAX_IMPACTS, FAILED = int(Outcome.MAX_IMPACTS), int(Outcome.FAILED)
 def meet(body: Body, room: BodyRoom, physics: Physics, ride: Ride, rock: RockContext, record: Record) -> Ride:
     """Return the state of a flying body that touches the ground: in contact, or in flight again after an impact.
 
-    The impact is simulated if the body approaches the ground fast enough.
+    There is an impact if the body approaches the ground fast enough (`hits`); it is recorded.
     """
     count = contacts_of(body, room, room.points, physics, ride.motion, rock, ride.moved)
     at_ground = in_contact(ride, ride.motion, count, ride.tally, ride.passed)
@@ -65,7 +65,7 @@ def meet(body: Body, room: BodyRoom, physics: Physics, ride: Ride, rock: RockCon
 def _after_impact(body: Body, room: BodyRoom, ride: Ride, physics: Physics, rock: RockContext, record: Record) -> Ride:
     """Return the state of a body after an impact at its contacts; unchanged if no contact is fast enough for an impact.
 
-    A body that leaves the ground at all its contacts flies.
+    The impact is recorded. A body that leaves the ground at all its contacts flies.
     """
     which = hits(room, ride.contacts, ride.motion, ride.h, physics.settings.gravity)
     if which < 0:
@@ -102,7 +102,13 @@ def press_on(body: Body, room: BodyRoom, locator: Any, physics: Physics, ride: R
 def step_on(
     body: Body, room: BodyRoom, locator: Any, physics: Physics, ride: Ride, rock: RockContext, record: Record
 ) -> Ride:
-    """Return the state of a body in contact after its next time step, or at the obstacle or cap that ends the step."""
+    """Return the state of a body in contact after its next time step, or at the obstacle or cap that ends the step.
+
+    The body has stopped if it has been at rest for long enough (`why_stopped`). A body whose contacts receive no
+    impulse and all move away from the ground flies.
+
+    record : receives the step as a path segment, and a meeting with an obstacle
+    """
     motion, effects = ride.motion, physics.effects
     speed = math.sqrt(2.0 * kinetic_energy(body, motion)) + 1.0
     h = min(ride.h, (1.0 - MOVED_ON) * margin_of(body) / speed, longest_flight(effects, motion_of(motion), rock))
@@ -141,6 +147,8 @@ def step_on(
 def _slip_after(physics: Physics, ride: Ride, done: Carried, facet: int) -> Any:
     """Return the slip (m) of a body after a step in contact; None if no ground has slip friction.
 
+    Slip grows if any contact received an impulse in the step; otherwise slip decays as in the air.
+
     done : result of the step; facet : number of the facet of the first contact
     """
     model, zone = physics.rebound.slip, physics.facets.zone[facet]
@@ -156,7 +164,9 @@ def _cut_short(
 ) -> Ride:  # fmt: skip
     """Return the state of a body that meets an obstacle or a cap during a step in contact.
 
-    A body in contact that loses all speed at an obstacle stops, leaning against it.
+    The path ends at a cap. A body that loses all speed at an obstacle stops, leaning against the obstacle. Any other
+    body flies on, or ends as the obstacle decides. The step up to the event, and a meeting with an obstacle, are
+    recorded.
 
     done : result of the whole step; ends : first obstacle, and first passage through a cap, with times in the step
     """
@@ -188,7 +198,13 @@ def _checked(before: Ride, after: Ride) -> Ride:
 def next_event(
     body: Body, room: BodyRoom, locator: Any, physics: Physics, ride: Ride, rock: RockContext, record: Record
 ) -> Ride:
-    """Return the state of a body after its next event: the end of a free flight, an impact or a step in contact."""
+    """Return the state of a body after its next event: the end of a free flight, an impact or a step in contact.
+
+    A body that already has max_impacts contacts does not move further, and ends with the outcome MAX_IMPACTS. The
+    outcome is NO_ROOM if the facets nearby do not fit into `room`.
+
+    record : receives the path segment, and an impact or a meeting with an obstacle
+    """
     if ride.tally.contacts >= physics.settings.max_impacts:
         return ended(ride, MAX_IMPACTS)
     if ride.contacts == 0:

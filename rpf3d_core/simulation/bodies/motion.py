@@ -111,7 +111,7 @@ def motion_after(flight: FreeFlight, t: float) -> BodyMotion:
 
 @kernel
 def sweep_of(flight: FreeFlight, motion: BodyMotion) -> BodySweep:
-    """Return the rest of a free flight, from `motion` on, in the form that the search for contacts reads."""
+    """Return the part of a free flight that begins with `motion`, in the form that the search for contacts reads."""
     return BodySweep(
         x=motion.x,
         v=motion.v,
@@ -157,12 +157,18 @@ def rotational_energy(body: Body, motion: BodyMotion) -> float:
 
 @kernel
 def place_of(motion: BodyMotion, arm: Vec) -> Vec:
-    """Return the position (3,) m of a point of a body in the terrain's axes; arm : the same in the body's axes (m)."""
+    """Return the position (3,) m of a point of a body in the terrain's axes.
+
+    arm : (3,) m, position of the point relative to the centre of mass, in the body's axes
+    """
     return add(motion.x, turned(motion.q, arm))
 
 
 @kernel
 def in_body(motion: BodyMotion, p: Vec) -> Vec:
-    """Return the position (3,) m of a point in the body's axes; p : the same in the terrain's axes (3,) m."""
+    """Return the position (3,) m of a point relative to the centre of mass, in the body's axes.
+
+    p : (3,) m, position of the point in the terrain's axes
+    """
     x = motion.x
     return turned_back(motion.q, (p[0] - x[0], p[1] - x[1], p[2] - x[2]))

@@ -69,7 +69,9 @@ def _sort(numbers: Any, count: int) -> None:
 def gather(room: BodyRoom, locator: Any, facets: Facets, x: Vec, distance: float) -> bool:
     """List the facets within a distance (m) of x (3,) m in `room.facets`; return False if they do not fit.
 
-    All values of the listed facets are reset: their gaps are UNKNOWN.
+    The numbers are in ascending order, and `room.count` is their number. The rows of the listed facets in `room.planes`
+    are reset: their gaps are UNKNOWN, all other values are 0. If the facets do not fit, the list is incomplete, and no
+    row is reset.
     """
     room.count[0] = 0
     low = (x[0] - distance, x[1] - distance, x[2] - distance)

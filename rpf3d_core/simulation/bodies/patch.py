@@ -77,7 +77,7 @@ def contact_polygon(body: Body, room: BodyRoom, facet: tuple[Vec, Vec, Vec], m: 
     Body and facet are seen along the normal of the contact. A row of the polygon has a corner (m), in the body's axes,
     and its gap (m) along this normal. At most MOST corners are kept, as `_spanning` selects them. The result is 0 if
     the facet, or every face of the body, is inclined by more than 60 degrees to the plane of the contact (FACING), or
-    if no corner has a gap of at most `band`.
+    if no corner has a gap of at most `band`. `room.clipped` is overwritten.
 
     facet : the facet's corners (m); m : its normal towards the body; n : normal of the contact; all in the body's axes
     band : largest gap (m) of a corner of the polygon; corners with a larger gap are omitted

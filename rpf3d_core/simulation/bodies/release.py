@@ -49,7 +49,8 @@ def _is_clear(body: Body, room: BodyRoom, locator: Any, facets: Facets, motion: 
     """Test whether a body may be released at this position.
 
     Return YES if every facet is at least CLEAR times the skin away, NO if not, and CROWDED if the facets nearby do not
-    fit into the working memory. The skin is the distance from the ground at which contact begins.
+    fit into the working memory. The skin is the distance from the ground at which contact begins. The lists in `room`
+    are overwritten.
 
     moved : number of the tried height, which is stored in the column MARK of `room.planes` in place of a path bound
     """

@@ -17,7 +17,7 @@ from rpf3d_core.vectors import dot, norm, subtract
 STANDS = 1e-3
 """Speed (m/s) up to which a body counts as standing."""
 STANDS_FOR, HELD_FOR, SLOW_FOR = 0.3, 2.0, 5.0
-"""Times (s) after which a body counts as stopped: if it stands, if it moved less than the skin, if it is slow."""
+"""Times (s) after which a body counts as stopped, for the `Stop` reasons STANDS, HELD and SLOW."""
 
 
 class Stop(IntEnum):
@@ -60,14 +60,16 @@ class Rest(NamedTuple):
 def no_rest(motion: BodyMotion) -> Rest:
     """Return the `Rest` of a body that begins to stay in one place only now, and neither stands nor is slow.
 
-    motion : the body's present motion
+    motion : the body's current motion
     """
     return Rest(stands=math.inf, slow=math.inf, held=motion.t, x=motion.x, q=motion.q)
 
 
 @kernel
 def mean_speed(body: Body, begin: BodyMotion, end: BodyMotion) -> float:
-    """Return the speed (m/s) of a body in a step, from its kinetic energy in the middle of the step.
+    """Return the speed (m/s) of a body in a step, from an estimate of its kinetic energy in the middle of the step.
+
+    A body without spin and with this energy has this speed.
 
     begin, end : motion at both ends of the step
 

@@ -37,7 +37,7 @@ class Ride(NamedTuple):
     rest : times since which the body stands, is slow, or stays in one place; tally : running totals
     outcome : MOVING while the body moves
     why : number of the `Stop` reason, or NOT_STOPPED
-    passed : number of the obstacle that the body met last and has passed; NONE_PASSED after an impact elsewhere
+    passed : number of the obstacle that the body has just met, which its next flight ignores; NONE_PASSED for none
     slip : m, on which slip friction depends (`kinetics.slippage`); None if no ground has slip friction
     """
 
@@ -83,7 +83,7 @@ def in_contact(ride: Ride, motion: BodyMotion, count: int, tally: RockTally, pas
 
 @kernel
 def ended(ride: Ride, outcome: int) -> Ride:
-    """Return the state of a body whose path ends at its present position, with the given outcome."""
+    """Return the state of a body whose path ends at its current position, with the given outcome."""
     return Ride(
         motion=ride.motion, centre=ride.centre, moved=ride.moved, contacts=ride.contacts, h=ride.h, rest=ride.rest,
         tally=ride.tally, outcome=outcome, why=ride.why, passed=ride.passed, slip=ride.slip,
@@ -128,6 +128,6 @@ def leaning(ride: Ride) -> Ride:
 def past_obstacle(
     body: Body, physics: Physics, ride: Ride, meeting: Meeting, rock: RockContext, record: Record
 ) -> Ride:  # fmt: skip
-    """Return the state of a body after it meets an obstacle at its present position; the meeting is recorded."""
+    """Return the state of a body after it meets an obstacle at its current position; the meeting is recorded."""
     met = meet_obstacle(physics.effects, body, ride.motion, ride.tally, meeting, rock, record)
     return after_flight(ride, met.motion, ride.moved, met.tally, met.outcome, met.passed)

@@ -42,7 +42,7 @@ class BodyRoom(NamedTuple):
     facets : (F,) numbers of the facets nearby, ascending
     count : (1,) number of facets nearby, above F if they do not fit
     planes : (F, PLANE_COLUMNS) results of the last examination of each facet
-    points, later : (K, CONTACT_COLUMNS) contacts at present, and at the end of a step
+    points, later : (K, CONTACT_COLUMNS) current contacts, and contacts at the end of a step
     rows : (K, SOLVER_COLUMNS) memory of the solver of impacts
     polygon, clipped : (POLYGON, 4) corners of a contact polygon and their gaps (m)
     arms : (4, N) the body's corners and their distances from the centre of mass (m), from `clearance.set_arms`

@@ -10,11 +10,11 @@ from rpf3d_core.terrain.facets import Facets
 
 @kernel
 def set_slip_friction(model: Any, facets: Facets, points: Any, count: int, slipped: Any) -> None:
-    """Write the present friction of all contacts on ground with slip friction into `points`.
+    """Write the friction of all contacts of a body on ground with slip friction into `points`, from the body's slip.
 
     model : `SlipFriction`, or None if no ground has slip friction, so that nothing is written
     slipped : slip of the body (m), as in `Ride`
-    points : (K, CONTACT_COLUMNS) contacts, of which `count` are used
+    points : (K, CONTACT_COLUMNS) contacts, of which the first `count` rows are used; column MU is changed
     """
     if model is None:
         return

@@ -36,7 +36,7 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, subtract
 
 FAR = 0.1
-"""Smallest distance between a facet and the sphere around a body, over the body's reach (-), that is used as the gap.
+"""Smallest distance between a facet and the sphere around a body that is used as the gap, divided by the reach (-).
 
 For a nearer facet, the gap is the exact distance between facet and body.
 """
@@ -85,11 +85,12 @@ def _note(room: BodyRoom, k: int, gap: float, n: Vec, offset: float) -> None:
 def look(body: Body, room: BodyRoom, facets: Facets, motion: BodyMotion, k: int, moved: float) -> None:
     """Examine nearby facet k: write its gap, and a plane that separates facet and body, into `room.planes`.
 
-    k : index of the facet in `room.facets`; motion : present motion of the body; moved : its path bound, as in `Ride`
+    k : index of the facet in `room.facets`; motion : current motion of the body; moved : its path bound, as in `Ride`
         (m)
 
-    For a distant facet (FAR), gap and plane are computed for the sphere around the body. If body and facet overlap, the
-    gap is 0 or less, and the plane is the last plane that separated both (`_look_inside`).
+    For a distant facet (FAR), gap and plane are computed for the sphere around the body, so the gap is a lower bound.
+    If body and facet overlap, the gap is 0 or less, and the plane is the last plane that separated both
+    (`_look_inside`).
     """
     f, plane = room.facets[k], room.planes[k]
     p = closest_point(facets, f, motion.x)
@@ -120,7 +121,7 @@ def stays_above(body: Body, room: BodyRoom, motion: BodyMotion, k: int, level: f
     If so, store the distance of the body from the plane, and `moved`, in `room.planes[k]`. This distance is a lower
     bound of the distance of the body from the facet.
 
-    k : index of the facet in `room.facets`; motion : present motion of the body
+    k : index of the facet in `room.facets`; motion : current motion of the body
     level : m, a distance from the facet; moved : path bound of the body, as in `Ride` (m)
     """
     plane = room.planes[k]
@@ -208,7 +209,7 @@ def travelled(body: Body, flight: FreeFlight, t: float) -> float:
 def _approaches(room: BodyRoom, motion: BodyMotion, k: int) -> bool:
     """Return True if the body's point nearest to facet k does not move away from facet k, or if the body overlaps it.
 
-    k : index of the facet in `room.facets`; motion : present motion of the body
+    k : index of the facet in `room.facets`; motion : current motion of the body
     """
     plane = room.planes[k]
     turning = cross(motion.w, vector(plane, NEAREST))

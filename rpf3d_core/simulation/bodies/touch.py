@@ -64,7 +64,9 @@ KEPT = 0.05
 def touch(body: Body, room: BodyRoom, facets: Facets, motion: BodyMotion, moved: float) -> None:
     """Mark the nearby facets with a gap of at most BAND times the body's skin as TOUCHED, and all others as AWAY.
 
-    Facets whose gap may be that small are examined again. moved : path bound of the body, as in `Ride` (m)
+    The marks are in `room.planes`, column ACTIVE. Facets whose gap may be that small are examined again.
+
+    moved : path bound of the body, as in `Ride` (m)
     """
     band = BAND * body.skin
     for k in range(room.count[0]):
@@ -101,6 +103,9 @@ def list_contacts(
     body: Body, room: BodyRoom, points: Any, physics: Physics, motion: BodyMotion, rock: RockContext
 ) -> int:
     """Write the contacts with all touched and covered facets into `points`; return their number.
+
+    A touched facet has a contact at the nearest point of the body, and contacts at the corners of a polygon
+    (`contact_polygon`). A covered facet has only the contacts of the polygon.
 
     points : (K, CONTACT_COLUMNS); physics : has the facets and their ground properties
     rock : the rock's data, on which varying ground properties depend
@@ -146,7 +151,7 @@ def _facet_normal(facets: Facets, f: int, motion: BodyMotion, n: Vec) -> Vec:
 def _is_covered(body: Body, room: BodyRoom, facets: Facets, motion: BodyMotion, k: int) -> bool:
     """Return True if another touched facet is nearer than nearby facet k to the body's point nearest to facet k.
 
-    k : index of the facet in `room.facets`; motion : present motion of the body
+    k : index of the facet in `room.facets`; motion : current motion of the body
     """
     plane = room.planes[k]
     p = place_of(motion, vector(plane, NEAREST))
@@ -193,9 +198,10 @@ def _set_ground(body: Body, points: Any, first: int, last: int, physics: Physics
 def keep_impulses(body: Body, before: Any, count: int, points: Any, now: int) -> None:
     """Copy the impulse of each contact of the previous step to the same contact now, as the first guess of the solver.
 
-    before : contacts of the previous step, of which `count` rows are used; the facet of a copied contact is set to -1
-    points : contacts now, `now` rows
     Contacts are the same if they are on the same facet and near each other (KEPT).
+
+    before : contacts of the previous step, of which `count` rows are used; the facet of a copied contact is set to -1
+    points : contacts now, of which `now` rows are used
     """
     for i in range(now):
         row = points[i]

@@ -52,7 +52,8 @@ class Benches:
     spacing : side of the mesh's cells; if 0, the side is ROUGH_SPACING on rough ground, and on smooth ground each face
         and berm is one rectangle
 
-    Raises `TerrainError` for values out of range. The defaults are the dimensions of `config/scenes/bench_15m.yaml`.
+    Raises `TerrainError` for a value out of range, a count that is not a whole number, or too many triangles. The
+    defaults of height, face_angle_deg, berm and width are the dimensions of `config/scenes/bench_15m.yaml`.
     """
 
     height: float = 15.0
@@ -67,7 +68,11 @@ class Benches:
     spacing: float = 0.0
 
     def __post_init__(self) -> None:
-        """Raise `TerrainError` for values out of range, with the name of the parameter."""
+        """Check all parameters.
+
+        Raise `TerrainError`, which names the parameter, for a value out of range, for a count that is not a whole
+        number, or for a spacing that gives more than MOST_TRIANGLES triangles.
+        """
         for name, (low, high) in RANGES.items():
             value = getattr(self, name)
             if not low <= value <= high:

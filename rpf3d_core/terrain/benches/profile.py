@@ -16,7 +16,7 @@ CREST, FACE, BERM, FLOOR = "crest", "face_", "berm_", "floor"
 UPRIGHT = (0.0, 1.0)
 """Direction (x, z) in which relief moves the points of level ground."""
 FADE = 3.0
-"""Distance (m) from the edges over which relief grows to its full height: the shortest wave of the relief.
+"""Distance (m) from the edges over which relief grows to its full height: the length of the relief's shortest wave.
 
 Edges stay in place. If relief moved them, the face and the level ground next to an edge would move in different
 directions, and a fine mesh would cross itself there.
@@ -43,7 +43,7 @@ class Profile(NamedTuple):
     points : (P, 2) x and z, m; normal : (P, 2) unit, direction in which relief moves a point
     rough : (P,) share of the full relief at each point (-)
     zone : (P - 1,) index into `zones` of each strip; zones : names from the top
-    edges : for each part, the number of its first point
+    edges : for each part (crest, face, berm, ..., floor), the number of its first (uppermost) point, from 0
     """
 
     points: FloatArray

@@ -16,7 +16,7 @@ The rest remains free on both sides, so that rocks that fly sideways still land 
 
 
 def benches_terrain(benches: Benches) -> Terrain:
-    """Return a slope of benches as a mesh; the same parameters give the same bits.
+    """Return a slope of benches as a mesh; the same parameters always give exactly the same mesh.
 
     Zones: `crest`, `face_1` (the uppermost), `berm_1`, `face_2` and so on down, `floor`. The upper edge is at x = 0,
     the floor at z = 0; x points away from the faces, and y = 0 is the middle of the slope. Vertical faces are

@@ -71,7 +71,7 @@ def border_after(border: FloatArray, gained: FloatArray) -> FloatArray:
 
 
 def left_over(number: Corners) -> NDArray[np.bool_]:
-    """Return flags (N,): true for each facet side that no neighbour has in the opposite direction: the border.
+    """Return flags (N,): true for the facet sides that remain after opposite sides cancel out in pairs: the border.
 
     number : (N, 2) vertex numbers of the ends of each side
     """
@@ -82,9 +82,12 @@ def left_over(number: Corners) -> NDArray[np.bool_]:
 
 
 def without_opposite(number: Corners) -> NDArray[np.bool_]:
-    """Return flags (N,): true for each facet side of which no other side has the opposite direction.
+    """Return flags (N,): true for each facet side if no side runs along the same edge in the opposite direction.
 
-    In contrast to `left_over`, one side may be the opposite of several sides. number : (N, 2) as for `left_over`
+    In contrast to `left_over`, one side may be the opposite of several sides. The flag of a side with equal ends is
+    false.
+
+    number : (N, 2), as in `left_over`
     """
     number, table = _counted(number)
     up = number[:, 0] < number[:, 1]
@@ -111,7 +114,7 @@ class EdgeTable(NamedTuple):
 
 
 def _counted(number: Corners) -> tuple[NDArray[np.int64], EdgeTable]:
-    """Return the sides (N, 2) as the one type of array for which loops are compiled, and a table of their edges."""
+    """Return the sides (N, 2) as a contiguous int64 array, as compiled loops need it, and a table of their edges."""
     sides = np.ascontiguousarray(number, dtype=np.int64)
     slots = 1 << int(2 * len(sides)).bit_length()
     up, down, place = (np.zeros(n, np.int64) for n in (slots, slots, len(sides)))
@@ -140,7 +143,9 @@ def _count_sides(number: Any, vertices: int, table: EdgeTable) -> None:
 
 @loop
 def _flag_uncancelled(number: Any, table: EdgeTable, kept: Any) -> None:
-    """Set a flag in `kept` (N,) for each side that no opposite side cancels, the first of several equal sides first.
+    """Set a flag in `kept` (N,) for each side that no opposite side cancels.
+
+    If only some of several equal sides are cancelled, the earlier of these sides are flagged.
 
     number : (N, 2) vertex numbers of the ends of each side; table : of these sides; its counts change
     """

@@ -1,8 +1,8 @@
 """Close the open seams of a mesh: let the sides of facets run through the vertices of the facets on the other side.
 
 A seam is open where a vertex lies close to a side of another facet, but not on it, as after rounding a T-junction to
-the millimetres of an export. The facet is cut into parts whose sides end at this vertex. No vertex moves, and no facet
-is added without a facet that is cut.
+the millimetres of an export. The facet is cut into parts whose sides end at this vertex. No vertex moves, and the only
+new facets are parts of cut facets.
 """
 
 from typing import NamedTuple
@@ -44,7 +44,7 @@ class ClosedSeams(NamedTuple):
     """A mesh of F facets after its seams were closed.
 
     triangles : (F + N, 3); the first part of a facet has the facet's number, the other parts follow after all facets
-    parent : (N,) the facet of each part that follows
+    parent : (N,) the facet from which each of the other parts was cut
     closed : the pairs of a vertex and a side that now runs through it, without pairs within a crack; the side is a
         side of the rim before closing
     refused : the pairs that would close a seam, but would turn or flatten a part of the facet too much
@@ -135,7 +135,10 @@ def _is_needle(vertices: FloatArray, triangles: Triangles) -> Flags:
 
 
 def _facet_of(rows: Numbers, parts: Parts, count: int) -> Numbers:
-    """Return the facet (N,) that each part (N,) was cut from; count : number of facets before they were cut."""
+    """Return the facet (N,) from which each part was cut.
+
+    rows : (N,) rows of the parts in `parts.triangles`; count : number of facets before they were cut
+    """
     facet = rows.copy()
     facet[rows >= count] = parts.parent[rows[rows >= count] - count]
     return facet
@@ -144,8 +147,8 @@ def _facet_of(rows: Numbers, parts: Parts, count: int) -> Numbers:
 def _that_damage(pairs: Near, rim: Rim, parts: Parts, damaged: Numbers, crack: float) -> NDArray[np.bool_]:
     """Return flags (N,): true for the pairs to leave out, because they make damaged parts.
 
-    Of each facet with damaged parts, this is the farthest vertex that is a corner of a damaged part. If all such
-    vertices lie within a crack, the facet keeps all its sides.
+    Of each facet with damaged parts, the pair of the farthest vertex is left out that is a corner of a damaged part and
+    farther from its side than a crack. If there is no such vertex, all pairs of the facet are left out.
 
     rim : the rim of the mesh; parts : the mesh after facets were cut; damaged : (D,) rows of damaged parts; crack : m
     """

@@ -15,7 +15,7 @@ class Parts(NamedTuple):
     """A mesh of F facets after some facets were cut into parts.
 
     triangles : (F + N, 3); the first part of a facet has the facet's number, the other parts follow after all facets
-    parent : (N,) the facet of each part that follows
+    parent : (N,) the facet from which each of the other parts was cut
     """
 
     triangles: Triangles
@@ -53,7 +53,7 @@ def cut_facets(triangles: Triangles, pairs: Near, rim: Rim) -> Parts:
 
 
 def _cut_at_one_side(grown: Triangles, rows: Numbers, some: Numbers, pairs: Near, rim: Rim, held: Numbers) -> None:
-    """Cut facets at one of their sides, in place: the first part replaces the facet, the others are written into rows.
+    """Cut facets at one of their sides: the first part of a facet replaces the facet, the other parts become new rows.
 
     grown : (F + N, 3), changed; rows : (M,) rows of the new parts; some : (M,) the pairs at these sides
     held : (M,) the row of the facet, or of the part of the facet, that holds the side of each pair

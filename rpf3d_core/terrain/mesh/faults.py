@@ -31,15 +31,15 @@ class FaultReport:
     non_manifold_edges : number of edges that belong to three facets or more
     zero_area_facets, duplicate_facets : counts; these facets are kept, so facet numbers are those of the files
     flipped_facets : number of facets that were turned over to face the free side
-    one_sided_pieces : number of components with only one side, which stay unchanged
+    one_sided_pieces : number of components with only one side, such as a Moebius strip, whose windings cannot agree
     low, high : corners of the bounding box in the input's own coordinates
     steepest_deg : the largest angle of a facet from the horizontal; a facet above 90 overhangs
     median_edge : median length of the edges
     remarks : sentences on data that were left out or assumed when the files were read
     seen : sums of the facets' areas as seen along x, along y, and from above (along z, which points up)
-    closed_seams : number of vertices at which seams were closed (`closed_seams`); the counts above are those afterwards
-    added_facets : number of parts of facets that closing added after all facets
-    widest_closed_seam : largest distance between such a vertex and the side that now runs through it
+    closed_seams : number of vertices at which seams were closed (`closed_seams`); all other counts are those afterwards
+    added_facets : number of parts of facets that closing seams added after all facets
+    widest_closed_seam : largest distance between such a vertex and the side that now runs through the vertex
     """
 
     files: tuple[str, ...]

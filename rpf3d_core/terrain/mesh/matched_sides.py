@@ -1,10 +1,11 @@
-"""Choose the vertices through which sides of the rim may run, so that each of them closes a seam of the mesh.
+"""Choose the vertices through which sides of the rim may run, so that each chosen vertex closes a seam of the mesh.
 
-A side that runs through vertices is cut into parts. A part closes a seam if exactly one other part of the rim has the
-same two vertices, in the opposite direction: the facets on both sides of the seam then share this part. A part in the
-same direction belongs to a facet on the same side, such as a second survey of the same ground. If two surfaces with a
-step between them have no common vertex, parts from a vertex of one surface to a vertex of the other fit each other, but
-close the step only here and there; such parts do not count.
+A pair consists of a vertex of the rim and a side of the rim close to the vertex (`near_rim.Near`). A side that runs
+through vertices is cut into parts. A part closes a seam if exactly one other part of the rim has the same two vertices,
+in the opposite direction: the facets on both sides of the seam then share this part. A part in the same direction
+belongs to a facet on the same side, such as a second survey of the same ground. If two surfaces with a step between
+them have no common vertex, parts from a vertex of one surface to a vertex of the other fit each other, but close the
+step only here and there; such parts do not count.
 """
 
 from typing import NamedTuple
@@ -20,7 +21,7 @@ Flags = NDArray[np.bool_]
 
 
 class CutSides(NamedTuple):
-    """The sides of the rim, cut at vertices.
+    """The S sides of the rim, cut at the vertices of N pairs into S + N parts.
 
     begin, end : (S + N,) vertices of each part; the parts of a side are consecutive
     first, last : (S + N,) flags: true for the first and for the last part of a side
@@ -35,9 +36,9 @@ class CutSides(NamedTuple):
 
 
 def closing_pairs(pairs: Near, rim: Rim, vertices: int) -> Near:
-    """Return the pairs of which the vertex is an end of at least one part of the side that closes a seam.
+    """Return the pairs whose vertex closes a seam: at least one of the two parts that end at the vertex closes a seam.
 
-    Of each side, the vertices that close nothing are left out one after another, the farthest first.
+    The other vertices of each side are left out one after another, the farthest first.
 
     pairs : sorted as in `Near`; rim : the rim of the mesh; vertices : number of vertices
     """
@@ -83,11 +84,11 @@ def farthest(group: Numbers, gap: NDArray[np.float64], some: Flags) -> Flags:
 
 
 def _closes(parts: CutSides, vertices: int) -> Flags:
-    """Return flags (N,): true for parts that close a seam.
+    """Return flags (S + N,): true for parts that close a seam.
 
-    Such a part has an opposite part, and each of its ends was an end of one of both sides before they were cut. At
-    least one part in its chain of such parts is a whole side on one side of the seam, or begins at a vertex that both
-    sides had before they were cut.
+    Such a part has exactly one opposite part. Each end of the part was an end of at least one of the two sides before
+    they were cut. Such parts with common vertices form a chain. In the chain, at least one part is a whole side on one
+    side of the seam, or has an end that was an end of both sides before they were cut.
 
     parts : the cut sides of the rim; vertices : number of vertices
     """
@@ -104,9 +105,10 @@ def _closes(parts: CutSides, vertices: int) -> Flags:
 
 
 def _opposites(parts: CutSides, vertices: int) -> tuple[Flags, Numbers]:
-    """Return flags (N,) of parts with exactly one opposite part and no other part in the same direction, and this part.
+    """Return flags (S + N,), true for parts with exactly one opposite part, and the number (S + N,) of this part.
 
-    The opposite part (N,) of a part without the flag has no meaning.
+    The flag is false if another part has the same two vertices in the same direction. The number has no meaning for a
+    part without the flag.
 
     parts : the cut sides of the rim; vertices : number of vertices
     """

@@ -35,13 +35,14 @@ def ready_mesh(
 ) -> Mesh:  # fmt: skip
     """Return a mesh that a simulation can use, from the vertices (V, 3) m and triangles (F, 3) of a survey.
 
-    If the mesh needs repairs, `survey.mesh_terrain` makes them. Raises TerrainError in the same cases as
-    `mesh_terrain`, and if a triangle refers to a vertex that does not exist.
+    `survey.mesh_terrain` repairs a mesh that is not welded, or whose windings disagree. In any other mesh, only
+    components that face the wrong side are turned over. Raises TerrainError in the same cases as `mesh_terrain`, and if
+    a triangle refers to a vertex that does not exist.
 
     zone : name of the only zone; weld_tolerance : m, vertices at most this far apart become one vertex
     memory : allocates the arrays; share : runs the work in parallel
-    must_face_up : True to refuse a mesh with a TerrainError if more facets face down than up; False to turn the facets
-        over
+    must_face_up : True to raise a TerrainError if more facets face down than up; False to accept such a mesh, whose
+        facets are then turned over
     """
     if len(triangles) == 0:
         raise TerrainError("the terrain has no triangles; it needs at least one")

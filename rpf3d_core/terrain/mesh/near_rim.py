@@ -51,9 +51,10 @@ def joined_pairs(parts: Sequence[Near]) -> Near:
 
 
 def near_rim(vertices: FloatArray, rim: Rim, searched: Numbers | None = None) -> Near:
-    """Return all pairs of a vertex and a side of the rim that are at most WIDEST (m) apart, also if the distance is 0.
+    """Return all pairs of a vertex of the rim and a side of the rim that are at most WIDEST (m) apart.
 
-    The nearest point of the side is not one of its ends. The corners of the side's facet are left out.
+    The distance may be 0. Left out are pairs for which the nearest point of the side is one of its ends, or the vertex
+    is a corner of the side's facet.
 
     vertices : (V, 3) m; rim : the rim of the mesh; searched : (N,) the sides to search; None to search all sides
     """

@@ -25,7 +25,10 @@ points have equal places along the direction.
 """
 
 ROUNDING = 8 * np.finfo(float).eps
-"""Relative rounding of a difference of two distances along OBLIQUE: of three products and two sums, doubled."""
+"""Rounding error of the difference of two distances along OBLIQUE, as a share of the largest distance (-).
+
+Each distance has the rounding errors of three products and two sums.
+"""
 
 
 SMALLER_THAN_ONE = 1.0 - 2.0**-40

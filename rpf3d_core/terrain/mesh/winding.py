@@ -3,7 +3,7 @@
 First, facets are turned over so that neighbours agree across every edge of exactly two facets. Then each component of
 the mesh is turned as a whole: an open component so that it faces up (the sum of n_z times area is not negative), a
 closed component so that it faces outwards (its signed volume is not negative). Facets on the same three vertices face
-the same way: only the first takes part in the repair, because a facet and its copy would form a closed component, of
+the same way: only the first takes part in the repair, because a facet and its copy would form a closed component, in
 which one facet faces down.
 """
 
@@ -24,7 +24,8 @@ class Winding(NamedTuple):
     areas : (F, 3) m^2, the area of each facet times its unit normal
     flipped : (F,) true for facets that were turned over
     piece : (F,) component of each facet across edges of exactly two facets: the smallest facet of the component
-    one_sided : number of components that have only one side (as a Moebius strip); these stay unchanged
+    one_sided : number of components that have only one side, such as a Moebius strip; their windings cannot agree, so
+        such a component is only turned over as a whole
     """
 
     triangles: Index
@@ -36,6 +37,8 @@ class Winding(NamedTuple):
 
 def repair_winding(vertices: FloatArray, triangles: Index, edges: Edges) -> Winding:
     """Return the mesh after turning over all facets whose normal points away from the free side (the air).
+
+    The module's description states how the free side is found. `triangles` itself is not changed.
 
     Parameters
     ----------

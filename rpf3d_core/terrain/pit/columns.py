@@ -25,7 +25,7 @@ The difference is far above any row number or offset.
 GROUND_KEY, FLOOR_KEY = 5.0e5, -2.0e4
 """Sorting keys of points on the ground outside the pit and on the floor, at offset 0.
 
-A point's key is this value plus its offset in m.
+A point's key is this value plus its offset in m; on the ground, also plus the keys of the sections below.
 """
 OUTWARD_GROWTH = 1.5
 """Edge length on the natural ground over the edge length in the pit (-)."""
@@ -146,9 +146,10 @@ def crossing_of(design: Design, count: int, last: int, turn: int) -> RampTurn:
 
 
 def wall_points(design: Design, rows: Rows, crossings: list[RampTurn], p: FloatArray, spacing: Spacing) -> Points:
-    """Return the points of bench faces and benches in all columns, moved outwards where the ramp lies below them.
+    """Return the points of bench faces and benches in all columns, moved to make room for the ramp.
 
-    Points that the ramp replaces are marked as not valid.
+    Points above a turn of the ramp move outwards; faces that the ramp cuts move so that berms taper (`taper`). Points
+    that the ramp replaces (`merges`), and points on a berm that is too narrow for them (`crowds`), are not valid.
 
     crossings : the turns of the ramp; p : (N,) place of each column, as fraction of a turn around the pit
     """
@@ -170,7 +171,9 @@ def wall_points(design: Design, rows: Rows, crossings: list[RampTurn], p: FloatA
 
 
 def taper(rows: Rows, crossing: RampTurn, width: FloatArray) -> FloatArray:
-    """Return the distance (W, N), m, by which rows of a bench face move where the ramp cuts it, so that berms taper.
+    """Return the distance (W, N), m, by which the rows of a face that the ramp cuts move outwards, so that berms taper.
+
+    The distance is negative for the rows below the ramp, and 0 for all faces that the ramp does not cut.
 
     Let f be the share of the face that lies below the ramp, and w the bench width. The berm at the toe of the face is
     then f w wide, and the berm at the crest of the face (1 - f) w. Along the climbing ramp, the lower berm widens and
@@ -199,9 +202,10 @@ def crowds(rows: Rows, crossing: RampTurn, width: FloatArray, spacing: Spacing) 
 
 
 def merges(rows: Rows, crossing: RampTurn, offset: FloatArray, spacing: Spacing) -> Mask:
-    """Return flags (W, N): true for points that nearly coincide with an edge of the ramp.
+    """Return flags (W, N): true for points that nearly coincide with an edge of the ramp, or would give thin triangles.
 
-    Points of the ramp replace these points.
+    Points of the ramp replace these points. Also replaced are the toe and the crest of the face that the ramp cuts
+    where the height of the ramp differs from theirs by less than `spacing.feature_gap`.
 
     crossing : one turn of the ramp; offset : (W, N) m, of the points from the floor outline
     """
@@ -238,9 +242,9 @@ def ramp_points(design: Design, crossing: RampTurn, turn: int, spacing: Spacing)
 
 
 def floor_points(design: Design, wall: Points, spacing: Spacing) -> Points:
-    """Return the points of the pit floor's outer part, up to the toe of the lowest bench face.
+    """Return the points of the pit floor's outer part: lines around the pit inside the toe of the lowest bench face.
 
-    wall : the points of the wall, whose first row is this toe
+    wall : the points of the wall; their first row is this toe, which the result does not repeat
     """
     reach = wall.offset[0] - design.inner
     parts = max(1, round(float(reach.mean()) / spacing.edge))

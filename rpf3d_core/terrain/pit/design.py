@@ -18,7 +18,7 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.pit.parameters import Pit
 
 SAMPLES = 4096
-"""Number of places in one turn around the pit at which the plan is computed: about 1 m apart in the thesis' pit."""
+"""Number of places in one turn around the pit at which the plan is computed: about 1 m apart in the default pit."""
 LOBES = ((3, 0.058, 3.13), (4, 0.022, 4.13), (5, 0.011, 3.47))
 """Waves of the outline: number of waves around the pit, amplitude over the radius (-), phase (rad); chosen by eye."""
 WIDENINGS = ((2, 1.0, 0.4), (3, 0.7, 1.9), (7, 0.35, 4.0))
@@ -26,20 +26,21 @@ WIDENINGS = ((2, 1.0, 0.4), (3, 0.7, 1.9), (7, 0.35, 4.0))
 INNER_SHARE = 0.14
 """Width of the outer ring of the floor that is meshed together with the walls, over the floor's radius (-)."""
 LEAST_STRETCH = 0.25
-"""Least length of any part of a line at an offset from the outline, over the length of this part on the outline (-).
+"""Least stretch (-) of a line at an offset from the floor outline: its length over the length of the outline there.
 
-With a smaller ratio, the plan counts as folded over itself.
+If the stretch is smaller anywhere, the plan counts as folded over itself.
 """
 MOST_TURNS = 12
+"""Largest number of turns of the ramp around the pit."""
 FACES_BETWEEN_TURNS = 2.5
-"""Least height between two turns of the ramp, over the height of a bench face (-)."""
+"""Least height between two turns of the ramp, over the height of the highest bench face (-)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Design:
     """The design of a pit: all data from which the mesh is made.
 
-    pit : its parameters; cot : run over rise of the faces (-)
+    pit : the parameters of the pit; cot : run over rise of the faces (-)
     angle : (SAMPLES + 1,) polar angle of the floor outline at p = 0 ... 1, rad
     width : (SAMPLES + 1,) bench width at the same places, m
     climb : (L,) heights of the ramp above the floor, m, at evenly spaced p from 0 to `turns`
@@ -71,7 +72,7 @@ class Design:
 
     @property
     def surface_area(self) -> float:
-        """Approximate area of the pit's surface, m^2, from which the edge length of the mesh is first estimated."""
+        """Approximate area of the pit's surface, m^2; the target length of the mesh's edges follows from it."""
         rings = np.linspace(0.0, self.crest_offset, 2)
         plan = math.pi * (self.pit.floor_radius + rings) ** 2
         steepness = 1.0 / math.sin(math.radians(self.pit.face_angle_deg)) * self.pit.levels[-1] / self.crest_offset
@@ -165,7 +166,10 @@ def sampled(place: FloatArray, end: float, samples: FloatArray) -> FloatArray:
 
 
 def design_of(pit: Pit) -> Design:
-    """Return the design of a pit: compute outline, bench widths and ramp."""
+    """Return the design of a pit: compute outline, bench widths and ramp.
+
+    Raises `TerrainError` if the plan folds over itself, or if the turns of the ramp are too many or too close.
+    """
     cot = 1.0 / math.tan(math.radians(pit.face_angle_deg))
     berms = max(0, len(pit.levels) - 2) * 0.5 * sum(pit.bench_widths)
     middle = 0.5 * (pit.levels[-1] * cot + berms + pit.ramp_width)
@@ -261,6 +265,8 @@ def climb_ramp(pit: Pit, cot: float, angle: FloatArray, width: FloatArray, strip
     cot : run over rise of the faces (-)
     angle, width : (SAMPLES + 1,) polar angle (rad) of the floor outline, and bench width (m), at p = 0 ... 1
     strip : width of the ramp along the outline's normal, m
+
+    Raises `TerrainError` if the ramp needs more than MOST_TURNS turns.
     """
     _, _, _, _, speed, curvature = outline(pit, angle)
     along = speed * np.gradient(angle)
@@ -295,9 +301,9 @@ def refuse_folds(pit: Pit, inner: float, outer: float) -> None:
 
 
 def refuse_close_turns(pit: Pit, climb: FloatArray, turns: float) -> None:
-    """Raise `TerrainError` if the ramp runs too close above itself: less than FACES_BETWEEN_TURNS faces apart.
+    """Raise `TerrainError` if two turns of the ramp are less than FACES_BETWEEN_TURNS times the highest face apart.
 
-    climb : (L,) m, heights of the ramp above the floor, evenly spaced along the ramp
+    climb : (L,) m, heights of the ramp above the floor, at evenly spaced places around the pit
     turns : length of the ramp, in full turns around the pit
     """
     place = np.linspace(0.0, turns, len(climb))

@@ -80,8 +80,9 @@ class Pit:
     rim_width : least width of the natural ground outside the crest
     crest_altitude : altitude of the crest above sea level
 
-    Raises `TerrainError` for values out of range. Source of the defaults: the thesis, section 5.1 (Miranda et al.
-    2018): berms of 7.0 to 9.1 m, benches of 12 m in waste and 18 m in ore, a ramp of 32 m; sources at 1687 m.
+    Raises `TerrainError` for a value out of range, a count that is not a whole number, or values that do not fit
+    together. Source of the defaults: the thesis, section 5.1 (Miranda et al. 2018): berms of 7.0 to 9.1 m, benches of
+    12 m in waste and 18 m in ore, a ramp of 32 m; sources at 1687 m.
     """
 
     triangles: int = 150_000

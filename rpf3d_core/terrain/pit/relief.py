@@ -27,7 +27,7 @@ HILLS = (900.0, 420.0)
 HILL_HEIGHT = 8.0
 """Standard deviation of the natural ground at the outer edge, m; it increases from zero at the crest."""
 LEAST_SPILL, MOST_SPILL = 0.6, 0.95
-"""Limits of the reach of a spill over the width of its bench (-), after figure 5-9 of the thesis."""
+"""Least and greatest reach of a spill across its bench, over the bench width (-), after figure 5-9 of the thesis."""
 LONGEST_SPILL = 3.0
 """Largest reach of a spill along its bench, over its reach across the bench (-)."""
 HIGHEST_SPILL = 0.8
@@ -51,7 +51,8 @@ class ReliefWaves(NamedTuple):
 def drawn_waves(random: np.random.Generator, lengths: tuple[float, ...], plan: bool) -> ReliefWaves:
     """Return waves of random direction for relief; their sum has a standard deviation of 1.
 
-    lengths : wavelengths, m; plan : true for horizontal directions only
+    random : generator from which directions and phases are drawn; lengths : wavelengths, m
+    plan : true for horizontal directions only
     """
     vectors, amplitudes = [], []
     for length in lengths:
@@ -98,7 +99,10 @@ def steepness(design: Design, columns: Columns) -> FloatArray:
 
 
 def hills(design: Design, columns: Columns, points: FloatArray) -> FloatArray:
-    """Return the height (P,) m of the hills at points (P, 3) m: 0 up to the crest, full at the outer edge."""
+    """Return the height (P,) m of the hills at points (P, 3) m: 0 at the crest, full at the outer edge.
+
+    The hills grow over the outermost `Pit.rim_width` of the natural ground.
+    """
     ground = np.flatnonzero((columns.row < 0) & (columns.ramp < 0) & (columns.height == design.pit.levels[-1]))
     random = np.random.Generator(np.random.Philox(key=design.pit.seed, counter=2))
     waves = drawn_waves(random, HILLS, plan=True)

@@ -28,15 +28,15 @@ class StripLines(NamedTuple):
 
 
 def strip_triangles(right: StripLines, left: StripLines) -> tuple[IndexArray, IndexArray]:
-    """Return triangles (T, 3) that fill strips between a right and a left line of points, and an entry (T,) for each.
+    """Return triangles (T, 3) that fill strips between a right and a left line of points, and the origin of each (T,).
 
     The triangles are counter-clockwise seen from above. The points of both lines are visited in the order of their
     keys. Each point except the first of a line makes one triangle: with the previous point on its line and with the
     point last visited on the other line. Points of equal key are visited together, so an edge joins them. Both lines of
     a strip must begin at the same key.
 
-    The entry states which point made the triangle: an index into `right`, or the number of entries of `right` plus an
-    index into `left`.
+    The origin is the entry of the point that made the triangle: an index into `right`, or the number of entries of
+    `right` plus an index into `left`.
     """
     strip, key = np.concatenate([right.strip, left.strip]), np.concatenate([right.key, left.key])
     span = 2.0 * float(np.abs(key).max()) + 1.0

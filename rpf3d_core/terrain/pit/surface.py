@@ -23,7 +23,10 @@ FEWEST_ROUND = 6
 
 
 def surface_of(design: Design, columns: Columns, spacing: Spacing) -> tuple[FloatArray, IntArray, IntArray]:
-    """Return the mesh of a pit: vertices (V, 3) m, z = 0 at the crest, triangles (F, 3) and zones (F,)."""
+    """Return the mesh of a pit: vertices (V, 3) m, z = 0 at the crest, triangles (F, 3) and zones (F,).
+
+    Zones are indices into `design.zones`. A triangle with at least two corners on spills is in zone `spill`.
+    """
     points, spilled = wall_vertices(design, columns)
     triangles, zone = wall_triangles(design, columns)
     zone[spilled[triangles].sum(axis=1) >= 2] = design.zones.index("spill")

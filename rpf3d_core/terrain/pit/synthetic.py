@@ -30,7 +30,7 @@ def pit_terrain(pit: Pit) -> Terrain:
     `floor`, `spill`, `ground` (outside the crest). x is east, y is north, the middle of the floor is at x = y = 0;
     vertices are local, z = 0 at the crest, and `frame.origin` is (0, 0, crest altitude). Every facet's normal points up
     (n_z > 0), so no point of the plan lies under two facets. Raises `TerrainError` if the plan would fold over itself,
-    if the turns of the ramp would meet, or if the triangles are too few for the number of benches.
+    if the turns of the ramp are too many or too close, or if the triangles are too few for the number of benches.
     """
     design = design_of(pit)
     spacing = Spacing(math.sqrt(2.0 * design.surface_area / pit.triangles))
