@@ -153,6 +153,8 @@ def time_to_panel(barriers: Barriers, k: int, arc: Arc, passed: int, until: floa
 def _is_past(barriers: Barriers, k: int, t: float, passed: int, arc: Arc) -> bool:
     """Return True if a rock has already passed panel segment k, so that the crossing at t (s) does not count.
 
+    `time_to_panel` states which segments a rock has passed.
+
     passed : index of the segment that the rock met last; below 0 for none
     """
     if passed < 0:
@@ -199,8 +201,11 @@ def first_panel(barriers: Barriers, arc: Arc, passed: int, until: float, rock: R
 def at_panel(barriers: Barriers, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
     """Return the result for a rock that meets a panel: the panel catches the rock, or the rock breaks through.
 
+    A caught rock has no velocity and no spin. A rock that breaks through keeps its direction and its spin; its energy
+    falls by the share `taken` of the capacity.
+
     motion : at the meeting; number : of the obstacle in the scene; for another obstacle than a panel, nothing changes
-    met : number of meetings of the rock with obstacles so far, which only other effects need
+    met : not used by this effect
     """
     k = number - barriers.first
     if k < 0 or k >= len(barriers.panel.x):

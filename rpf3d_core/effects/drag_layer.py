@@ -6,9 +6,9 @@ inside given outlines, or the whole terrain.
 Source: Leine et al. 2014 (Multibody Syst. Dyn. 32:241), equations 10 and 11. RAMMS' classes, c = 250, 500 and 750 kg/s
 for open, medium and dense forest, and RAMMS' height of 30 m are unconfirmed. As in the source, c is the same for all
 rocks, so the layer brakes light rocks more: their terminal velocity is m g / c. `rpf3d check` and `rpf3d run` warn if
-this speed is below 1 m/s for the lightest rock (`setup/warnings/suspicious_settings.py`). The layer contains no single
-trees (for trees see `forest`). The layer brakes flights only, not sliding or rolling rocks, and not bounces that are
-summed up. With a ground model, the runout in a forest is therefore too long.
+this speed is below 1 m/s for the lightest rock or fragment (`setup/warnings/suspicious_settings.py`). The layer
+contains no single trees (for trees see `forest`). The layer brakes flights only, not sliding or rolling rocks, and not
+bounces that are summed up. With a ground model, the runout in a forest is therefore too long.
 
 Whether a rock is inside the layer is decided at the beginning and at the end of each time step of a flight. The place
 where a rock enters or leaves the layer is therefore exact only to one time step.

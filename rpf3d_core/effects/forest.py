@@ -94,7 +94,7 @@ class Forest(NamedTuple):
 
     @property
     def draws(self) -> bool:
-        """True: the rules draw a random number, the angle by which a tree turns a rock."""
+        """True: the rules draw random numbers, for the angle by which a tree turns a rock."""
         return True
 
     @property
@@ -127,8 +127,9 @@ def time_to_stem(forest: Forest, k: int, arc: Arc, passed: int, until: float, ro
 
     The rock hits the stem when the distance in plan from the rock to the stem's axis falls to the sum of both radii.
     The rock must then be below the top of the tree and not too far below its foot (ROOTS, twice the sum of both radii).
+    A rock that is nearer to the axis already at the start of the arc, or moves away from the axis, does not hit.
 
-    passed : index of the tree that the rock hit last; the rock does not hit this tree again
+    passed : index of the tree that the rock hit last and does not hit on this arc; below 0 for none
     """
     if k == passed:
         return math.inf
@@ -162,7 +163,9 @@ def first_tree(forest: Forest, arc: Arc, passed: int, until: float, rock: RockCo
 
 @at_obstacle.rule(Forest)
 def at_tree(forest: Forest, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
-    """Return the result for a rock that hits a tree: the rock loses all speed, or continues in another direction.
+    """Return the result for a rock that hits a tree: the rock loses all speed, or is slowed down and deflected.
+
+    The position, time and spin of the rock do not change.
 
     motion : at the hit; number : of the obstacle in the scene; for another obstacle than a tree, nothing changes
     met : number of meetings of the rock with obstacles so far, which selects random numbers

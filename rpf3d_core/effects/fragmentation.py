@@ -29,7 +29,8 @@ from rpf3d_core.vectors import dot
 TWO_FRAGMENTS = 8.0
 """Least volume of a rock that may break, as a multiple of `least_volume` (-).
 
-The second largest fragment has at most 0.154 of the rock's volume.
+In a much smaller rock, no second fragment would reach `least_volume`: the second largest fragment has at most 0.154 of
+the rock's volume.
 """
 BREAKING = int(Purpose.BREAKING)
 

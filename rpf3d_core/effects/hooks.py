@@ -27,7 +27,7 @@ class Chain(NamedTuple):
 class Meeting(NamedTuple):
     """The first obstacle that a rock on an arc meets.
 
-    t : s until the meeting, inf for none; number : of the obstacle in the scene
+    t : s until the meeting, inf for none; number : of the obstacle in the scene, -1 for none
     """
 
     t: float
@@ -92,7 +92,8 @@ def in_ground(effect: object, zone: int, surface: Surface, motion: Motion, n: Ve
     A rule may change the velocity v and the spin w, but not position and time.
 
     zone : number of the zone of the facet that the rock hits; surface : properties of the ground there
-    motion : just before the impact; n : (3,) normal from `felt_normal`
+    motion : just before the impact
+    n : (3,) normal that the rebound uses: from `felt_normal`, or of the facet if the rebound cannot use a tilted normal
     """
 
 
@@ -202,7 +203,8 @@ def air_of_all(chain: Chain, motion: Motion, height: float, t: float, rock: Rock
 def first_obstacle(effect: object, arc: Arc, passed: int, until: float, rock: RockContext) -> Meeting:
     """Return the first obstacle that a rock on an arc meets up to the time `until` (s), or NO_MEETING.
 
-    This is a hook for barriers and trees.
+    This is a hook for barriers and trees. For a straight line, such as the chord of a ground segment, the arc has no
+    gravity, its velocity is the vector from start to end, and a time is a share of the line (-).
 
     passed : number of the obstacle that the rock has just met, and does not meet again on this arc; below 0 for none
     """
@@ -216,7 +218,7 @@ def no_obstacle(effect: object, arc: Arc, passed: int, until: float, rock: RockC
 
 @first_obstacle.rule(Chain)
 def first_of_all(chain: Chain, arc: Arc, passed: int, until: float, rock: RockContext) -> Meeting:
-    """Return the first obstacle of any effect of the chain that a rock on an arc meets up to the time `until` (s).
+    """Return the first obstacle of all effects of the chain that a rock on an arc meets up to the time `until` (s).
 
     If a rock meets two obstacles at the same time, the obstacle of the earlier effect in the chain counts. The result
     is NO_MEETING if the rock meets no obstacle.
@@ -236,13 +238,14 @@ def _sooner(one: Meeting, other: Meeting) -> Meeting:
 
 @kernel
 def still_at(effects: Any, motion: Motion, passed: int, rock: RockContext) -> int:
-    """Return the number of the obstacle that the next flight of a rock must ignore, after an impact on the ground.
+    """Return the number of the obstacle that a rock must ignore on its next path segment, after touching the ground.
 
     The result is `passed` if the rock is still in contact with an obstacle. Otherwise the result is below 0, because
     the rock may then meet every obstacle, including the obstacle `passed`.
 
-    effects : the chain of effects; motion : just after the impact on the ground
-    passed : number of the obstacle that the rock passed last before the impact; below 0 for none
+    effects : the chain of effects, None without effects
+    motion : just after an impact, after the last small bounces, or at the end of a ground segment
+    passed : number of the obstacle that the rock has passed and still ignores; below 0 for none
     """
     if passed < 0:
         return passed

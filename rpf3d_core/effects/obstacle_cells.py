@@ -24,7 +24,7 @@ SLOWEST = 1e-9
 
 
 class ObstacleCells(NamedTuple):
-    """The obstacles of one kind (trees or panels), sorted into a grid of nx by ny square cells in plan.
+    """The obstacles of one kind (trees or panel segments), sorted into a grid of nx by ny square cells in plan.
 
     x, y : south-west corner of the grid (m); cell : side of a cell (m)
     starts, ids : (nx ny + 1,) and (M,), the indices of the obstacles in cell k = j nx + i are
@@ -103,7 +103,7 @@ def first_in_cells(
     `Meeting.number` is the index of the obstacle within this kind. Meetings within `instant` (s) count as simultaneous;
     of these, the meeting with the smallest index is returned.
 
-    obstacles : all obstacles of the kind, with the cells in which they lie
+    obstacles : all obstacles of the kind, such as `Forest`; the field `cells` has the grid in which they are sorted
     passed : index of the obstacle of this kind that the rock met last; below 0 for none
     """
     cells, best = obstacles.cells, NO_MEETING

@@ -127,6 +127,8 @@ def _drawn(rock: RockContext, stream: int) -> float:
 def tilted(n: Vec, v: Vec, back: float, aside: float) -> Vec:
     """Return the normal n, tilted by `back` (rad) against the motion, then by `aside` (rad) to the left of the motion.
 
+    The result is n itself if there is no motion along the ground.
+
     v : (3,) velocity, whose component along the ground is the motion
     """
     level = without(along(v, n), n)  # twice, so that the rounding error across the plane is small in slow motion

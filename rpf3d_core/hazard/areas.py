@@ -55,7 +55,7 @@ def _edges(ring: FloatArray) -> FloatArray:
 def contains_point(areas: Areas, a: int, x: Vec) -> bool:
     """Return True if point x (m) lies inside area number a in plan; a hole is outside the area.
 
-    The point is inside if a line from the point to the east crosses an odd number of edges.
+    The point is inside if a ray from the point to the east crosses an odd number of edges.
     """
     inside = False
     for e in range(areas.first[a], areas.first[a + 1]):
@@ -81,7 +81,10 @@ def crossing_time(areas: Areas, e: int, x: Vec, v_x: float, v_y: float) -> float
 
 @kernel
 def walk_areas(areas: Areas, visits: Visits, track: Track, mass: float) -> None:
-    """Record a visit to each area of interest that a rock crosses on a track; mass : of the rock (kg)."""
+    """Record a visit to each area of interest in which a part of a rock's track lies; mass : of the rock (kg).
+
+    visits : receives the visits; `areas.crossings` is overwritten
+    """
     x, v, T = track.arc.x, track.arc.v, track.duration
     end_x, end_y = x[0] + v[0] * T, x[1] + v[1] * T
     for a in range(len(areas.boxes)):

@@ -1,4 +1,4 @@
-"""Find how each rock arrives at each barrier: whether the barrier caught it, or it broke through or flew over.
+"""Find how each rock arrives at each barrier: the barrier catches the rock, or the rock breaks through or flies over.
 
 A barrier consists of upright panels along a line in plan, the panel segments. The record of impacts has a row for each
 contact with a panel. It has no row for a flight over a panel, so the recorded paths are intersected with the panels.
@@ -76,10 +76,10 @@ class PassingRock(NamedTuple):
 
 
 class ContactHere(NamedTuple):
-    """The contact with a panel segment that a rock has at the place where it crosses another panel segment.
+    """A rock's contact with one panel segment at the place where the rock crosses another panel segment.
 
     q : row of the contact among the impacts, -1 for none
-    after : True if the rock crosses the other segment after this contact, False if before it
+    after : True if the rock crosses the other segment after the contact, False if before
     """
 
     q: int
@@ -244,7 +244,7 @@ def _cross(
 ) -> None:
     """Record where a path segment passes barriers without a contact: above a panel, or through a panel of capacity 0.
 
-    The arrivals are written to `found`; crossed : working memory
+    The arrivals are written to `found`; crossed : working memory, which also receives the crossings
     """
     p, arc, until = segment.p, segment.arc, segment.until
     cells, number = barriers.cells, 0
@@ -279,9 +279,10 @@ def _pass(
 ) -> int:
     """Record an arrival if a path segment crosses panel segment k without a contact.
 
-    Return the number of crossings found on this path segment, this crossing included.
+    Return the number of arrivals found on this path segment so far. Nothing is recorded if the same crossing has been
+    found before, or if another panel at the same place has caught the rock before.
 
-    number : number of crossings found on this path segment before this call
+    number : number of arrivals found on this path segment before this call
     """
     pieces, p, arc, until = segment.pieces, segment.p, segment.arc, segment.until
     crossing = crossing_of(barriers.panel, barriers.slack, k, arc, until)
@@ -306,7 +307,10 @@ def _pass(
 
 @kernel
 def _energy_on(segment: PathSegment, t: float, mass: float) -> float:
-    """Return the energy (J) of a rock on a path segment; with rotation if rocks have a shape.
+    """Return the energy (J) of a rock on a path segment.
+
+    If rocks have a shape, the energy includes the rotation at the start of the segment. On the ground, the squared
+    speed changes linearly along the segment's chord.
 
     t : time of the segment's arc, as in `PathSegment.until`; mass : of the rock (kg)
     """
@@ -343,11 +347,13 @@ def _passes_as(barriers: Barriers, b: int, height: float, high: float) -> int:
 def _contact_here(barriers: Barriers, k: int, rock: PassingRock, t: float, instant: float) -> ContactHere:
     """Return the contact of a rock with another panel segment where the rock crosses panel segment k at the time t (s).
 
-    If segments are at the same place, a rock meets them in the order of their indices (`effects.barriers.first_panel`).
-    So the rock crosses segment k after its last contact there with a segment of a smaller index, and if there is none,
-    before its first contact. The path alone does not show this order: one of its segments ends at the contact and the
-    next one begins there, and both cross segment k.
+    If panel segments are at the same place, a rock meets them in the order of their indices
+    (`effects.barriers.first_panel`). So the rock crosses segment k after its last contact at this place with a panel
+    segment of a smaller index. Without such a contact, the rock crosses segment k before its first contact at this
+    place. The path alone does not show this order: one path segment ends at the contact, the next path segment begins
+    there, and both cross panel segment k.
 
+    rock : `begin` to `end` are the rows of its impacts
     instant : time (s) in which the rock moves by the slack; crossings within this time count as at the same place
     """
     here = ContactHere(q=-1, after=False)

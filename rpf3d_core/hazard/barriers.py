@@ -99,9 +99,10 @@ class BarrierTally:
 
     names : (B,) names of the barriers; gravity : m/s^2
     compiled : False to count in plain Python, for so few rocks that Python finishes before the loop is compiled
-    part : (B,) counts of the parameter set that flies at present, to which each batch is also added; empty without
-        parameter sets
-    sources : counts for each source, None if sources are not counted
+    part : (B,) counts of the parameter set whose rocks fly, to which each batch is also added; empty without parameter
+        sets
+    sources : counts for each source, None if sources are not counted. The constructor gets the number of sources: with
+        one source, sources are not counted
     """
 
     def __init__(

@@ -87,7 +87,8 @@ class Bench(NamedTuple):
         parameter sets
     source : the source whose rocks alone are counted in `reached` and `stopped`, or ALL_SOURCES; None in a table
         without sources. The shares "of all rocks flown" are then shares of the rocks of this source
-    retained_source, energy_source : the same for `retained`, and for `energy_p95` and its intervals
+    retained_source : the source whose rocks alone are counted in `retained`, or ALL_SOURCES; None as for `source`
+    energy_source : the source of `energy_p95` and its intervals, or ALL_SOURCES; None as for `source`
     """
 
     kind: str
@@ -245,7 +246,7 @@ def text_rows(benches: Sequence[Bench]) -> list[tuple[str, ...]]:
 
 
 def left_out(benches: Sequence[Bench]) -> int:
-    """Return the number of zones that rocks reached, but that have no row in the printed table, for a note below it."""
+    """Return the number of zones that rocks reached, but that have no row in the printed table."""
     return max(0, len(_reached_zones(benches)) - SHOWN)
 
 
@@ -302,7 +303,7 @@ def _text_row(bench: Bench, lost: bool) -> tuple[str, ...]:
 
 
 def _other_source(bench: Bench, source: str | None) -> str:
-    """Return the source of a figure as text after it, such as `, crest`; "" if it is the source of the row."""
+    """Return the source of a figure as text to append, such as `, crest`; "" if the whole row has the same source."""
     return "" if source == bench.source else f", {source}"
 
 

@@ -1,4 +1,4 @@
-"""Decide if enough rocks have flown, from the shares and percentiles of zones or areas after each doubling.
+"""Decide if enough rocks have flown: compare the results in zones or areas after each doubling of the number of rocks.
 
 Two conditions must hold (docs/explanation/statistics.md). Half the width of the 95 % Wilson interval of each share is
 at most the target for shares. No p95 energy has changed by more than the target for energies over the last two
@@ -48,6 +48,7 @@ class Step:
 def step_of(maps: HazardMaps, zones: Sequence[str]) -> Step:
     """Return the results in all areas of interest or, if the scene has no areas, in the zones that rocks reached.
 
+    maps : hazard maps of at least one rock
     zones : names of all zones, in the terrain's order
     """
     layers, names = (maps.areas, maps.area_names) if maps.area_names else (maps.zones, zones)

@@ -64,10 +64,11 @@ def share_of_visits(rocks: FloatArray | CountArray) -> float:
 def filling_cell(
     reached: ReachedCells, share: Callable[[FloatArray | CountArray], float] = share_of_visits
 ) -> float | None:
-    """Return the smallest larger round cell size (m) with which most of the map has percentiles; None if there is none.
+    """Return the smallest round cell size (m), above that of the map, with which most of the map has percentiles.
 
-    "Most" means: at least the share MOST (0.5) of the cells, or of the visits, is in cells that at least FEWEST_ROCKS
-    (20) rocks reached. Only sizes with at least FEWEST_CELLS (5) cells along the longer side of the map are considered.
+    The result is None if no size is large enough. "Most" means: at least the share MOST (0.5) of the cells, or of the
+    visits, is in cells that at least FEWEST_ROCKS (20) rocks reached. Only sizes with at least FEWEST_CELLS (5) cells
+    along the longer side of the map are considered.
 
     share : `share_of_cells` or `share_of_visits`, which returns the share from the number of rocks (S,) in each cell
     """

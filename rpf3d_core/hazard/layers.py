@@ -80,9 +80,9 @@ def bins_of(tally: CellTally, q: int, some: NDArray[np.intp]) -> NDArray[np.uint
 
 
 def rank_values(tally: CellTally, q: int, bins: NDArray[np.uint32], ranks: CountArray) -> FloatArray:
-    """For each of N cells, return the value (N,) of quantity q that the rock with a given rank has in the cell.
+    """Return for each of N cells the value (N,) of quantity q that the rock with a given rank has in the cell.
 
-    The value is the geometric mean of the edges of the rock's bin.
+    The value is the geometric mean of the edges of the bin in which the rock is counted.
     q : 0 energy (J), 1 speed (m/s), 2 height (m); bins : (N, B) counts of the cells in the bins of q
     ranks : (N,) place of the rock among the rocks of its cell in ascending order, from 1
     """

@@ -102,8 +102,8 @@ class HazardMaps:
 
     cells : values of the C = nx ny squares of the raster; facets : values of the F facets, which rocks pass over in
         plan or touch
-    zones : values of the Z zones, each with all its facets; areas : values of the areas of interest, in the order of
-        `area_names`. Passages of zones and areas, and heights of areas, are not counted: they are 0
+    zones : values of the Z zones; areas : values of the areas of interest, in the order of `area_names`. Passages of
+        zones and areas, and heights of areas, are not counted: these values are 0
     barriers : `hazard.barriers.BarrierFigures` of each barrier, if the scene has barriers
     spins : True if rocks spin; energies then include rotation
     lost : number of rocks lost to holes of the terrain; each might have reached any cell or area
@@ -135,7 +135,7 @@ class HazardMaps:
 
     @property
     def worst_cells(self) -> Any:
-        """`hazard.by_source.source_cells.WorstCells`, the largest values of a source in each cell; None if unknown."""
+        """The largest values of any single source in each cell, a `source_cells.WorstCells`; None if unknown."""
         return None if self.sources is None else self.sources.cells
 
 

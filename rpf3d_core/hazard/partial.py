@@ -94,7 +94,7 @@ def add_packed(tallies: Tallies, part: Sequence[PackedTally]) -> None:
 
 
 def _add(tally: CellTally, other: PackedTally) -> None:
-    """Add packed counts to a tally; the errors are those of `add_packed`."""
+    """Add packed counts to a tally; raise ValueError if they belong to another ensemble, as in `add_packed`."""
     theirs = (other.cells, other.scales, other.limit, other.found.ways is not None)
     if theirs != (len(tally.slot), tally.scales, tally.limit, tally.ways):
         raise ValueError("a part of another ensemble cannot be counted in: its cells, scales or memory differ")
@@ -102,9 +102,11 @@ def _add(tally: CellTally, other: PackedTally) -> None:
 
 
 class PackedSources(NamedTuple):
-    """The counts of places and map cells for each source in small form; flown, lost : as in `SourceTallies`.
+    """The counts for each source in small form, for sending; the fields are those of `SourceTallies`.
 
-    cells : None if the counts of map cells were given up
+    zones, inside : counts of zones and of areas of interest
+    cells : counts of map cells; None if they were given up because they needed too much memory
+    flown, lost : (S,) rocks flown from each source, and lost to holes
     """
 
     zones: PackedTally
@@ -123,7 +125,15 @@ def packed_sources(tallies: Tallies) -> PackedSources | None:
 
 
 def add_packed_sources(tallies: Tallies, part: PackedSources | None) -> None:
-    """Add the counts for each source of a part to those of the same ensemble; the errors are those of `add_packed`."""
+    """Add the counts for each source of a part, in small form, to the counts of the same ensemble.
+
+    If the part has given up its counts of map cells, the sum gives them up, too.
+
+    Raises
+    ------
+    ValueError
+        As in `add_packed`, or only one of both counts each source.
+    """
     found = tallies.sources
     if (found is None) != (part is None):
         raise ValueError("a part of another ensemble cannot be counted in: only one of both counts each source")

@@ -39,7 +39,7 @@ ROUND = (1.0, 2.0, 5.0, 10.0)
 FEW_DECADES = 1.7
 """Largest range (powers of ten) of a colour bar that also has tick labels between the powers."""
 TOLERANCE = 1e-9
-"""Relative rounding error of the ends of a colour bar."""
+"""Relative distance (-) beyond an end of a colour bar at which a label still counts as at the end, despite rounding."""
 
 
 Values = NDArray[np.floating[Any]]

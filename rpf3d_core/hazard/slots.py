@@ -72,7 +72,9 @@ class Ahead(NamedTuple):
 
 
 def empty_slots(room: int, bins: int, ways: bool = False) -> Slots:
-    """Return empty slots for `room` cells with `bins` bins each; unused slots take no memory.
+    """Return empty slots for `room` cells with `bins` bins each.
+
+    The system allocates the memory of a slot only when the slot is first used.
 
     ways : True to count path lengths as well
     """

@@ -42,8 +42,8 @@ class Tallies:
 
     ground : terrain and raster; areas : areas of interest; gravity : m/s^2
     squares, facets, zones, inside : tallies of map cells, facets, zones and areas of interest
-    compiled : True to use compiled loops; idle : working memory that no thread uses at present
-    spins : True if energies include rotation; barriers : counts at barriers, None if the scene has none
+    compiled : True to use compiled loops; idle : working memory that no thread uses at the moment
+    spins : True if energies include rotation; barriers : counts at barriers, None if the scene has no barriers
     sources : counts of zones, areas and map cells for each source, None if they are not counted
     """
 
@@ -61,7 +61,10 @@ class Tallies:
     sources: SourceTallies | None = None
 
     def __call__(self, batch: Batch, releases: Releases) -> FloatArray:
-        """Count the N rocks of a batch into all maps; return their largest heights above the terrain (N,) m."""
+        """Count the N rocks of a batch into all maps; return their largest heights above the terrain (N,) m.
+
+        The height is NaN for a rock whose simulation failed; such a rock is in no map.
+        """
         heights, begin = np.zeros(len(batch.finals)), 0
         scratch = self._scratch()
         flown = self._flown(batch, releases.mass[batch.rows], releases.radius[batch.rows])
@@ -95,7 +98,7 @@ class Tallies:
         return visit, self.squares.loop(scratch.squares)
 
     def add(self, other: "Tallies") -> None:
-        """Add the counts of another part of the same ensemble to all maps."""
+        """Add all counts of another part of the same ensemble; the counts of each source only if both count sources."""
         for mine, theirs in zip(self._tallies, other._tallies, strict=True):
             mine.add(theirs)
         if self.barriers is not None:
@@ -104,10 +107,10 @@ class Tallies:
             self.sources.add(other.sources)
 
     def after(self, ground: WalkedTerrain) -> "Tallies":
-        """Return tallies for a terrain whose facets have changed; they use the memory of these tallies again.
+        """Return tallies for a terrain whose facets have changed; they share the memory of these tallies.
 
-        The result still contains the counts of the old facets: the caller must empty its tallies (`CellTally.emptied`)
-        before new rocks are counted.
+        So these tallies must not be used afterwards. The result still contains the counts of the old facets: the caller
+        must empty its tallies (`CellTally.emptied`) before new rocks are counted.
 
         ground : the changed terrain
         """

@@ -52,6 +52,9 @@ class CellTally:
     cells : C; scales : bins of energy, speed and height
     compiled : False for so few rocks that plain Python finishes before the loop is compiled
     ways : True to count the lengths of paths inside cells
+    slot, slots : number of each cell's slot (C,), and the slots with the counts, as in `SlotTable`
+    used : number of slots in use, that is, of cells that rocks reached
+    carries : overflows of the one-byte bins; merges : number of times that bins were merged in pairs
     """
 
     def __init__(self, cells: int, scales: Scales, limit: float, compiled: bool = True, ways: bool = False) -> None:
@@ -114,7 +117,10 @@ class CellTally:
         return SlotTable(slot=self.slot, slots=self.slots, scales=self.scales, merges=self.merges)
 
     def add(self, other: "CellTally") -> None:
-        """Add the counts of another tally of the same cells, as if this tally had counted the rocks of both tallies."""
+        """Add the counts of another tally of the same cells, as if this tally had counted the rocks of both tallies.
+
+        Both tallies need the same scales, and either both or neither count path lengths.
+        """
         with self._lock:
             self._take_in(other.slots.cell[: other.used])
             while self.merges < other.merges:

@@ -53,10 +53,12 @@ class Matrix(NamedTuple):
 class Zone(NamedTuple):
     """A hazard zone: the map cells of one level of reach probability, or of one class of the matrix.
 
-    kind : REACH, all cells whose reach probability is at least the level (zones of lower levels contain
-        zones of higher levels); UPPER, all cells for which the upper end of the predictive interval is at least the
-        level; CLASS, all cells of a class; WORST_REACH, all cells that at least this share of the rocks of a source
-        reached; WORST_CLASS, all cells of a class by the largest values of a source
+    kind : which cells belong to the zone. Zones of lower levels contain zones of higher levels
+        REACH : cells whose reach probability is at least the level
+        UPPER : cells for which the upper end of the predictive interval is at least the level, or unknown
+        CLASS : cells of a class of the matrix
+        WORST_REACH : cells that the rocks of at least one source reached with a share of at least the level
+        WORST_CLASS : cells of a class of the matrix, by the largest values of any single source
     level : of reach probability (-), None for a class; name : of the class, None for a level
     cells : (C,) True for each cell of the zone; guessed : number of cells of the zone whose largest energy replaces a
         missing percentile
@@ -111,9 +113,10 @@ def matrix_zones(maps: HazardMaps, matrix: Matrix) -> list[Zone]:
 
 
 def worst_reach_zones(maps: HazardMaps, levels: Sequence[float]) -> list[Zone]:
-    """Return a hazard zone for each level (-) of the largest share of the rocks of a source; [] if it is not known.
+    """Return a hazard zone for each level (-) of the largest share, over all sources, of a source's rocks.
 
-    Such a zone contains the zone of `reach_zones` for this level.
+    Such a zone contains the zone of `reach_zones` for this level. The list is empty if the shares of single sources are
+    not known.
     """
     if maps.worst_cells is None:
         return []
@@ -122,12 +125,13 @@ def worst_reach_zones(maps: HazardMaps, levels: Sequence[float]) -> list[Zone]:
 
 
 def worst_matrix_zones(maps: HazardMaps, matrix: Matrix) -> list[Zone]:
-    """Return a hazard zone for each class of the matrix, by the largest share and the largest energy of a source.
+    """Return a hazard zone for each class of the matrix, by the largest share and largest energy of any single source.
 
-    The two may be of different sources, so the class is never below that of a source, but may be above it. The energy
-    is the p95 energy for lower percentiles, too; for the 99th, and in cells where a source has rocks but too few for a
-    percentile, it is the largest energy. The list is empty if the largest values are not known, or if the matrix has
-    the width of an object: passages per metre are not counted for each source.
+    The share and the energy of a cell may come from different sources. So the class of a cell is never below the class
+    by the rocks of one source, but may be above. The energy is the p95 energy, also if the matrix uses a lower
+    percentile. The energy is the largest energy in the cell if the matrix uses the 99th percentile, or if a source has
+    rocks in the cell, but too few for a percentile. The list is empty if the largest values are not known, or if the
+    matrix has the width of an object, because passages per metre are not counted for each source.
     """
     worst = maps.worst_cells
     if worst is None or matrix.object_width is not None:

@@ -89,6 +89,8 @@ def kicked(motion: Motion, n: Vec, radius: float, k: float, slip: Vec) -> Motion
 def sphere_rebound(model: CoulombSphere, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion of a sphere after an impact, with a rolling moment if the ground has rolling friction.
 
+    surface : gives normal restitution, rolling friction and, if the model has no impact_friction, the friction
+    motion : just before the impact, with v . n <= 0
     n : (3,) unit normal of the ground
     """
     body = rock.rock
@@ -124,8 +126,8 @@ def sphere_rest(
 ) -> RemainingBounces:
     """Return `RemainingBounces` without any bounce: the sphere stays on the ground, with its speed along the ground.
 
-    Small bounces would push on the ground, on average, as much as a sphere that stays on the ground. If R_n is 1, the
-    bounces never die out, and `ends` is False.
+    On average, small bounces press on the ground as much as a sphere that stays on the ground, so friction brakes both
+    equally. If R_n is 1 or more, the bounces never die out, and `ends` is False.
 
     n : (3,) unit normal of the ground; gravity : not used
     """

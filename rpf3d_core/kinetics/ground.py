@@ -12,9 +12,10 @@ from rpf3d_core.materials.library import Surface
 
 
 class NoGround(NamedTuple):
-    """The rule of the thesis in place of a ground model: a rock that is not faster than stop_speed has stopped.
+    """No motion along the ground, as in the thesis: a rock ends where its bounces have died out.
 
-    A faster rock ends with the outcome `unresolved contact`.
+    The rock has stopped if it is not faster than the stop_speed of the ground there. A faster rock ends with the
+    outcome `unresolved contact`.
     """
 
 
@@ -26,7 +27,7 @@ class Law(NamedTuple):
     """The coefficients of the law of motion along the ground, dv/dt = A g_t - k v / |v|, at the rock's position.
 
     share : A, share of the gravity along the ground that accelerates the rock (-); friction : k (m/s^2)
-    stop_speed : m/s below which the rock has stopped
+    stop_speed : m/s, speed at which the rock stops, if friction can hold it on the slope
     anywhere : True if the rock stops at stop_speed even on a slope where friction cannot hold it
     """
 
@@ -40,14 +41,19 @@ class Law(NamedTuple):
 def law_on_facet(ground: object, surface: Surface, n_z: float, gravity: float) -> Law:
     """Return the law of motion of a ground model on a facet whose unit normal has the vertical component n_z > 0.
 
-    surface : surface properties of the facet; gravity : m/s^2, above 0
+    There is one rule for each ground model.
+
+    ground : parameters of the ground model; surface : surface properties of the facet; gravity : m/s^2, above 0
     """
 
 
 @model_function
 def law_in_gully(ground: object, first: Surface, second: Surface, pushes: tuple[float, float], gravity: float) -> Law:
-    """Return the law of motion of a ground model in a gully between two facets.
+    """Return the law of motion of a ground model in a gully: along the line between two facets that carry the rock.
 
+    There is one rule for each ground model.
+
+    ground : parameters of the ground model
     first, second : surface properties of both facets
     pushes : normal force of each facet on the rock, per mass of the rock (m/s^2, at least 0)
     gravity : m/s^2, above 0
@@ -57,6 +63,8 @@ def law_in_gully(ground: object, first: Surface, second: Surface, pushes: tuple[
 @law_on_facet.rule(Sliding)
 def coulomb_on_facet(ground: Sliding, surface: Surface, n_z: float, gravity: float) -> Law:
     """Return the law of motion of a rock that slides on a facet: k = mu g_n, g_n the gravity normal to the facet.
+
+    mu is the friction coefficient of `surface`.
 
     n_z : vertical component of the facet's unit normal; gravity : m/s^2, above 0
     """
@@ -69,7 +77,7 @@ def coulomb_in_gully(
 ) -> Law:
     """Return the law of motion of a rock that slides in a gully.
 
-    The resistance of each facet is its friction coefficient times its normal force.
+    The deceleration k is the sum over both facets of friction coefficient times normal force.
 
     first, second, pushes, gravity : as in `law_in_gully`
     """

@@ -49,8 +49,8 @@ class Gully(NamedTuple):
 def gully(n_first: Vec, n_second: Vec, direction: Vec, gravity: float) -> Gully:
     """Return the gully of two facets, with the normal force of each facet on a rock in it.
 
-    n_first, n_second : (3,) unit normals of the facets; direction : (3,) unit vector along the line between the facets
-    gravity : m/s^2
+    n_first, n_second : (3,) unit normals of the facets, turned towards the rock
+    direction : (3,) unit vector along the line between the facets; gravity : m/s^2
 
     The normal forces per mass, N_1 and N_2, balance g_perp, the gravity perpendicular to the line:
     N_1 n_1 + N_2 n_2 + g_perp = 0, with n_1 and n_2 the normals. For two facets that are almost one plane, each facet
@@ -69,9 +69,11 @@ def gully(n_first: Vec, n_second: Vec, direction: Vec, gravity: float) -> Gully:
 def line_between(facets: Facets, first: int, second: int, x: Vec, v: Vec) -> Vec:
     """Return the unit direction (3,) in which a rock at x (m) with velocity v (m/s) moves along the line of two facets.
 
-    The line is parallel to the cross product of the normals. For two facets that are almost one plane, the line is
-    their common edge at x: an edge of the first facet that also runs along the second facet. The result is (0, 0, 0) if
-    they have no common edge at x. The direction points along v, or downwards if v has no component along the line.
+    The line is parallel to the cross product of the normals. For two facets that are almost one plane, the line is an
+    edge of the first facet near x, along which the rock can move on over both facets. The result is (0, 0, 0) if there
+    is no such edge. The direction points along v, or downwards if v has no component along the line.
+
+    first, second : numbers of the facets
     """
     n, m = stored_normal(facets, first), stored_normal(facets, second)
     if kink(n, m) > PARALLEL:
@@ -113,11 +115,12 @@ def kink(n_first: Vec, n_second: Vec) -> float:
 def excursion(n_over: Vec, n_from: Vec, v: Vec, gravity: float) -> float:
     """Return how far (m) a rock with velocity v climbs one facet of a gully before gravity brings it back to the line.
 
-    The result is inf if gravity pulls the rock away from the line. On a level facet, gravity pulls neither way: an
-    acceleration of less than WEAKEST (1e-9) times gravity, in either direction, counts as WEAKEST times gravity back to
-    the line.
+    The distance is measured on the facet, across the line. The result is inf if gravity pulls the rock away from the
+    line. On a level facet, gravity pulls neither way: an acceleration of less than WEAKEST (1e-9) times gravity, in
+    either direction, counts as WEAKEST times gravity back to the line.
 
     n_over : (3,) normal of the facet that the rock climbs; n_from : (3,) normal of the other facet
+    v : (3,) m/s; gravity : m/s^2
     """
     across = cross(cross(n_over, n_from), n_over)
     if dot(across, n_from) < 0.0:
@@ -141,7 +144,7 @@ def thrown_out(n_first: Vec, n_second: Vec, v: Vec, restitution: tuple[float, fl
     loss of speed along the facets is neglected, so the result is an upper bound.
 
     n_first, n_second : (3,) normals of the facet that the rock hits first, with velocity v, and of the other facet
-    restitution : R_n (-) of both facets; gravity : m/s^2
+    restitution : R_n (-) of the first and of the second facet; gravity : m/s^2
     """
     n, m, out = n_first, n_second, v
     for k in range(MOST_BOUNCES):

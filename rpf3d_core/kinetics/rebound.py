@@ -62,7 +62,7 @@ def rest_of_bounces(
     One rule per rebound model.
 
     model : parameters of the rebound model; surface : coefficients of the ground
-    motion : just after an impact on a plane of normal n (3,); gravity : m/s^2, above 0
+    motion : just after an impact on a plane of normal n (3,), n_z > 0; gravity : m/s^2, above 0
     """
 
 
@@ -107,13 +107,14 @@ def sum_of_bounces(r: float, q: float, motion: Motion, n: Vec, gravity: float) -
     For R_n >= 1 the result has `ends` False. For 0 < R_n < 1 and R_t < 1, a rock that leaves the plane has lost all its
     speed after the last bounce.
 
-    motion : just after an impact on a plane of normal n (3,); gravity : m/s^2, above 0
+    r, q : R_n and R_t (-); motion : just after an impact on a plane of normal n (3,), n_z > 0
+    gravity : m/s^2, above 0
 
     Bounce k takes the time T_k = T_0 R_n^k and starts with the velocity u_k along the facet. With g_t the gravity along
     the facet, u_{k+1} = R_t (u_k + g_t T_k). The displacement by all bounces is
     x = u_0 T_0 / (1 - R_n R_t) + g_t T_0^2 [R_n R_t / ((1 - R_n R_t)(1 - R_n^2)) + 1 / (2 (1 - R_n^2))].
     This form also holds for R_t = R_n, unlike the form with R_t - R_n in the denominator. At R_n = 0 there is no
-    further bounce: the rock keeps its present speed along the facet. But a rock may leave the facet even at R_n = 0, if
+    further bounce: the rock keeps its speed along the facet. But a rock may leave the facet even at R_n = 0, if
     the rebound was computed with a tilted normal. Then there is one more bounce: x = u_0 T_0 + g_t T_0^2 / 2, and
     u_1 = R_t (u_0 + g_t T_0).
     """

@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 
 
 class RigidBody(NamedTuple):
-    """Parameters of rigid bodies.
+    """The parameters of the contact model of rigid bodies.
 
-    shapes : `ShapeTable`, the shapes of the ensemble; accuracy : m, distance at which contact begins
+    shapes : `ShapeTable`, the shapes of the ensemble
+    accuracy : m, largest distance from the ground at which contact begins; for small bodies, contact begins nearer
     slip : `slippage.SlipFriction`, or None if no ground has slip friction
     """
 

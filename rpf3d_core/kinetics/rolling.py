@@ -48,7 +48,7 @@ def rolling_in_gully(
 ) -> Law:
     """Return the law of motion of a rock that rolls in a gully.
 
-    The resistance of each facet is its rolling friction times its normal force; k is A times the sum of both.
+    The deceleration k is A times the sum over both facets of rolling friction times normal force.
     The share A = 5/7 of gravity that accelerates the rock is the same as on a facet. This is a simplification: in a
     groove, A would be smaller.
 

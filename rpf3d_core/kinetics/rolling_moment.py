@@ -41,7 +41,8 @@ ROUNDING = 4e-16
 class Impulses(NamedTuple):
     """The impulses along the ground that the ground gives a sphere in an impact, per unit of mass.
 
-    push : (3,) m/s, p; moment : (3,) m/s, m = M x n / R, with M the angular impulse
+    push : (3,) m/s, the friction impulse p
+    moment : (3,) m/s, m = M x n / R, with M the angular impulse of the rolling resistance (symbols: top of this file)
     """
 
     push: Vec

@@ -34,7 +34,8 @@ SLIGHT = 5e-4
 FARTHEST = 1e40
 """Value of the parameter y after which a path crosses no more edges.
 
-At m = 1, where a path grows slowest with y, the path is 1e20 m long at this value.
+A path grows slowest with y at m = 1. Even for a rock with only 1e-9 m/s at the start, the path is then 1e20 m long at
+this value.
 """
 LARGEST_EXPONENT = 700.0
 """Largest argument of exp that is used; a larger one overflows: Python raises an error, compiled code gives inf."""
@@ -106,7 +107,7 @@ def is_straight(path: SlidePath) -> bool:
 
 @kernel
 def slide_state(path: SlidePath, y: float) -> SlideState:
-    """Return the time, place and velocity of a sliding rock at the parameter y of its path (0: start, inf: end).
+    """Return time, place, velocity and path length of a sliding rock at the path parameter y (0: start, inf: end).
 
     At this point the tangent of half the angle between velocity and steepest descent is `path.w` exp(-y). At y = inf, a
     rock that friction stops has stopped.
@@ -215,7 +216,7 @@ def exit_point(path: SlidePath, inward: Vec, distance: float) -> float:
     if heads_in and A >= 0.0:
         return math.inf
     if ends_inwards and entering >= -ALONG_EDGE * norm(inward) * path.speed:
-        return math.inf  # the rock starts along the edge, but for rounding, and gravity pulls it into the facet
+        return math.inf  # the rock starts along the edge, except for rounding, and gravity pulls it into the facet
     if ends_inwards and turn < 0.0:  # the rock moves along the edge, outwards only by rounding
         return math.inf
     low = max(turn, 0.0) if heads_in else 0.0
@@ -237,7 +238,9 @@ def exit_point(path: SlidePath, inward: Vec, distance: float) -> float:
 def _height(path: SlidePath, inward: Vec, distance: float, y: float) -> float:
     """Return the distance of a sliding rock from an edge at the path parameter y, times the length of `inward`.
 
-    inward, distance : as in `exit_point`; the result is below 0 beyond the edge
+    The result is below 0 beyond the edge.
+
+    inward, distance : as in `exit_point`
     """
     A, B = dot(inward, path.down), dot(inward, path.across)
     down, across = _offsets(path, y)

@@ -2,8 +2,8 @@
 
 Rolling uses the same functions with other coefficients in the ground model's `Law`. A segment ends where the rock
 leaves a facet or stops. It also ends where an uphill slide has lost its speed and friction does not hold the rock: the
-next segment is downhill. Finally it ends where the path has turned so far that a curve through both ends would no
-longer show the true path.
+next segment is downhill. A segment also ends where the path has turned so far that a curve through both ends would no
+longer show the true path, and at max_time.
 """
 
 import math
@@ -48,7 +48,7 @@ CREEP = 1e-9
 class SlideSegment(NamedTuple):
     """One ground segment of a sliding or rolling rock: the motion at its end, its length (m) and how it ended.
 
-    stopped : True if the rock has stopped and friction holds it; late : True if max_time was reached
+    stopped : True if the rock has stopped for good; late : True if max_time was reached
     left_first, left_second : True if the rock has slid off the facet, or off the first or second facet of its gully
     bends : True if the segment ends only because the path bends; the same slide continues
     """
@@ -65,7 +65,7 @@ class SlideSegment(NamedTuple):
 class StraightSlide(NamedTuple):
     """The start of a straight slide: unit direction (3,), speed (m/s) and acceleration along the direction (m/s^2).
 
-    holds : True if friction can hold the rock when it has stopped
+    holds : True if the rock stops for good at the stop speed: friction can hold the rock, or `Law.anywhere` is True
     """
 
     direction: Vec
@@ -78,7 +78,7 @@ class SlidePlane(NamedTuple):
     """The facet that a rock slides over, with its normal towards the rock.
 
     f : number of the facet; n : (3,) normal of the facet, turned towards the rock, n_z > 0
-    slack : distance (m) by which a rock that moves along an edge may be outside the edge
+    slack : distance (m) by which a rock that moves almost along an edge may be outside the edge
     """
 
     f: int
@@ -158,9 +158,10 @@ def slide_on_line(
 ) -> SlideSegment:
     """Return the segment of a rock that slides straight, until it leaves a facet or has slowed down.
 
-    If friction can hold the rock, the rock stops at stop_speed. If friction brakes but cannot hold the rock, its speed
-    falls to zero, and the next segment is downhill. If the rock neither slows down nor has a border ahead, which only
-    the rounding of a very narrow facet causes, the rock counts as having slid off both facets at once.
+    If `line.holds`, the rock stops at stop_speed. If friction brakes but cannot hold the rock, its speed falls to zero,
+    and the next segment is downhill. If the rock neither slows down nor has a border ahead, which only the rounding of
+    a very narrow facet causes, the rock counts as having slid off both facets at once. A rock at rest at the border,
+    which gravity pulls over the border, leaves the facet with the speed CREEP.
 
     line : the start of the slide; stop_speed : m/s
     first, second : distance (m) along the slide to the border of the first and of the second facet; inf without a
@@ -214,9 +215,10 @@ def slide_on_line(
 def slide_in_gully(
     facets: Facets, first: int, second: int, held: Gully, motion: Motion, law: Law, time_left: float
 ) -> SlideSegment:
-    """Return the segment of a rock that slides along a gully, until it leaves one of both facets or stops.
+    """Return the segment of a rock that slides along a gully, until it leaves one of the two facets or stops.
 
-    The segment also ends where an uphill slide has lost its speed.
+    The segment also ends where an uphill slide has lost its speed. If both facets end within a tolerance of each other,
+    the rock leaves both.
 
     first, second : numbers of the facets; held : the gully; law : coefficients of the ground model
     time_left : s until max_time

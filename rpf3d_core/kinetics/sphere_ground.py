@@ -8,9 +8,10 @@ Rolling resistance acts through friction, so mu limits the resistance. If mu_r g
 moves like a rock that slides with mu, without further resistance; the reported spin is still the spin of a rolling
 sphere. The acceleration of a segment is constant. This is exact if the direction of friction is constant: straight down
 a slope, on level ground, and for a sphere that rolls without rolling friction. Otherwise the acceleration follows from
-the friction at the middle of the segment, and the segment ends before friction has turned by TURN (3.6 degrees). Every
-segment also ends before the velocity has turned by TURN, because barriers, trees and gaps are searched for on the chord
-of the segment.
+the friction at the middle of the segment, and the segment ends before gravity could turn the slip, or the velocity of a
+rolling sphere, by TURN (3.6 degrees). Every segment also ends when the velocity has turned by TURN, because barriers,
+trees and gaps are searched for on the chord of the segment. The exception is a sphere so slow that it could stop within
+BACK times its radius: its velocity may turn by any angle.
 
 Derived from rigid-body mechanics (docs/explanation/physics.md, "The rigid sphere").
 """
@@ -32,18 +33,18 @@ BACK = 1e-3
 CRAWL = 1e-2
 """Speed (m/s) below which a slip that changes its direction counts as zero.
 
-So does the velocity of a rolling sphere that changes its direction, if friction cannot hold the sphere. At this speed
-the kinetic energy corresponds to a height of 5 um.
+The velocity of a rolling sphere that changes its direction also counts as zero below this speed, if friction cannot
+hold the sphere. The kinetic energy at this speed corresponds to a height of 5 um.
 """
 STRAIGHT = 1e-9
-"""Ratio (-) below which a motion counts as straight: gravity across the motion over gravity plus friction.
+"""Ratio (-) below which a motion counts as straight: acceleration across the motion, over all accelerations together.
 
-All are components along the ground.
+The accelerations are components along the ground, by gravity and by friction.
 """
 ROLLS = 1e-9
 """Ratio (-) of slip to speed below which a sphere counts as rolling.
 
-By the same ratio, a speed may exceed the stop speed and still count as this speed. Both limits are a million times the
+A speed that exceeds the stop speed by this ratio or less also counts as the stop speed. Both limits are far above the
 rounding error.
 """
 
@@ -60,10 +61,11 @@ class SphereGround(NamedTuple):
 class RollingSegment(NamedTuple):
     """One ground segment of a sphere, under a constant acceleration a (3,) m/s^2.
 
-    v : (3,) m/s, velocity at the start; turn : (3,) rad/s^2, angular acceleration, zero if the sphere rolls
-    t : duration until the motion changes (s)
-    rolls : True if the sphere rolls at the end; stops : True if it has stopped at the end
-    turns : True if the segment ends only because the direction of the motion has turned
+    v : (3,) m/s, velocity at the start; zero for a rolling sphere that turns slower than CRAWL and cannot be held
+    turn : (3,) rad/s^2, angular acceleration; zero if the sphere rolls, because the spin then follows from the velocity
+    t : duration until the motion changes (s); inf if it does not change
+    rolls : True if the sphere rolls at the end; stops : True if the sphere has stopped for good
+    turns : True if the segment ends only because the direction of the motion has turned, or the speed has become zero
     """
 
     v: Vec
@@ -141,11 +143,12 @@ def _skidding(direction: Vec, n: Vec, g_t: Vec, friction: float, radius: float) 
 
 @kernel
 def _skids(v: Vec, slip: Vec, n: Vec, g_t: Vec, friction: float, radius: float) -> RollingSegment:
-    """Return the segment on which a sphere skids, until its slip is zero, or its slip or velocity has turned by TURN.
+    """Return the segment on which a sphere skids, until its slip is zero, or its slip or velocity has turned too far.
 
-    TURN is 3.6 degrees. The segment also ends if the velocity becomes zero. Where gravity turns the slip, friction
-    turns the slip back within the time in which friction alone would stop it. A segment is not longer than this time:
-    otherwise friction at its middle would push the sphere to the wrong side.
+    The segment ends when the velocity has turned by TURN (3.6 degrees) or has become zero. If gravity turns the slip,
+    the segment also ends after the time in which gravity would turn a slip of constant size by TURN. Friction turns the
+    slip back within the time in which friction alone would stop the slip. A segment is not longer than this time:
+    otherwise friction at the middle of the segment would push the sphere to the wrong side.
 
     friction : deceleration by friction, mu N (m/s^2)
     v, slip, n, g_t, radius : as in `rolling_piece`
@@ -192,9 +195,10 @@ def _rolling(v: Vec, g_t: Vec, resistance: float, direction: Vec, lowest: float)
 def _rolls(v: Vec, g_t: Vec, rolling: float, friction: float, lowest: float, radius: float) -> RollingSegment:
     """Return the segment on which a sphere rolls, until it has slowed down or its velocity has turned by TURN.
 
-    TURN is 3.6 degrees. Where gravity turns the velocity, the resistance turns it back within the time in which the
-    resistance alone would stop the sphere. A segment is not longer than this time: otherwise the resistance at its
-    middle would push the sphere to the wrong side.
+    TURN is 3.6 degrees. Where gravity turns the velocity, the resistance turns the velocity back within the time in
+    which the resistance alone would stop the sphere. A segment is not longer than this time: otherwise the resistance
+    at the middle of the segment would push the sphere to the wrong side. A sphere slower than CRAWL that turns, and
+    that the ground cannot hold, starts the segment at rest.
 
     rolling : rolling resistance without the limit by friction, mu_r N (m/s^2)
     friction : largest deceleration by friction, mu N (m/s^2)

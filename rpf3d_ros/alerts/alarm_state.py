@@ -18,7 +18,7 @@ class HeardAlert(NamedTuple):
     sequence : number of the publication; stamp_ns, until_ns : time of the publication, and end of validity (ns, by the
         simulator's clock)
     is_alarm : True if the alert sounds the alarm; level : level as a word
-    run : identifier of the run of the simulator, "" if an older version of the simulator published the message
+    run : identifier of the run of the simulator, "" if the message has none, as in older versions of the simulator
     """
 
     sequence: int
@@ -44,7 +44,7 @@ class AlarmState:
 
     - no topic is known to have two publishers, and the known publishers of both topics belong to the same node
     - at least two alerts have arrived since the start, and since the publisher was last lost; a publisher is lost if
-      it misses a deadline, if it dies, or if an alert is not understood
+      it misses a deadline, if it dies, or if an alert cannot be read
     - the last messages of both topics are not stale
     - the last alert is still valid, judged both by the time since its arrival and by the clock of the bridge
     - for the last `stale_s`, all alerts came from one run of the simulator, with rising sequence numbers
@@ -80,7 +80,7 @@ class AlarmState:
         self._lost, self._alert, self._is_second = why, None, False
 
     def note_publishers(self, nodes: Mapping[str, Sequence[str]]) -> None:
-        """Note the present publishers; nodes : names of the nodes that publish `alarm` and `alerts`, by topic."""
+        """Note the current publishers; nodes : names of the nodes that publish `alarm` and `alerts`, by topic."""
         for topic, names in nodes.items():
             if len(names) > 1:
                 self._several = f"{len(names)} programs publish {topic} ({', '.join(sorted(names))}): stop all but one"
@@ -91,8 +91,8 @@ class AlarmState:
     def why_open(self, now: float, clock_ns: int) -> str:
         """Return why the alarm contact must be open; "" if it may be closed.
 
-        now : present time (s, steady clock)
-        clock_ns : present time (ns) of the bridge's clock, which may differ from the simulator's clock by `offset_s`
+        now : current time (s, steady clock)
+        clock_ns : current time (ns) of the bridge's clock, which may differ from the simulator's clock by `offset_s`
         """
         if self._several or self._lost:
             return self._several or self._lost

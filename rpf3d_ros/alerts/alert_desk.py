@@ -43,7 +43,10 @@ If half of the validity is shorter than this time, the next decision is made aft
 """
 
 LONGEST_WRITE = 1.0
-"""Time (s) that all writes of one request may take; after this time the alarm sounds without the decision."""
+"""Longest time (s) that evidence may wait for its decision, and that all writes of one request may take.
+
+After this time the alarm sounds, without the decision.
+"""
 
 MOST_UNDECIDED = 2
 """Number of answers that may wait for their decision, including the answer that is being decided on."""
@@ -60,7 +63,7 @@ class DecisionListener(Protocol):
         """Publish the alert of a decision; evidence : the evidence of the decision, None if there is no answer."""
 
     def logged(self, fault: str) -> None:
-        """Report why the last decision is not on disk; fault : the reason, "" if the decision is on disk."""
+        """Report why the last decision, or refused acknowledgement, is not on disk; fault : reason, "" if on disk."""
 
     def remembered(self, fault: str) -> None:
         """Report why the state that the next start needs could not be saved; fault : the reason, "" if it was saved.
@@ -75,7 +78,10 @@ class DecisionListener(Protocol):
         """
 
     def unwritten(self) -> None:
-        """Report that a decision has long been waiting for the disk and is not published; called once per decision."""
+        """Report that evidence or a decision has waited longer than LONGEST_WRITE, for example for a slow disk.
+
+        The decision is not published yet. The method is called once for each wait.
+        """
 
     def undecided(self, error: BaseException) -> None:
         """Report that a decision failed with an unforeseen error; the next decision is made soon, without evidence."""
@@ -84,8 +90,11 @@ class DecisionListener(Protocol):
 class AlertDesk:
     """Decides on the alert on its own thread: when evidence arrives, and again before the validity of a decision ends.
 
+    The thread starts when the object is created.
+
     thresholds : thresholds of the site; log : the decision log, None if the log could not be opened
     now : returns the time of the node's clock (ns)
+    alert : (attribute) the last decision, also one from before a restart; None if there is none
     listener : publishes the alerts, and receives the reports of problems
     standing : (attribute) the faults that every decision contains until their cause has ended
     unreported : (attribute) the answers to places that their topic no longer reports
@@ -96,7 +105,8 @@ class AlertDesk:
     missed : time (ns) at which messages of a topic were lost before the start, by topic
     unknown : why it is unknown which level was held before the start, "" if it is known. An unknown level is a fault
         until persons acknowledge it
-    remembered : returns the state to save for the next start, as plain values, without the topics of sources
+    remembered : returns the state to save for the next start, as plain values; the desk adds the topics of sensors that
+        have published, and the lost messages
     """
 
     def __init__(
@@ -143,7 +153,7 @@ class AlertDesk:
     def wait_for_room(self, seconds: float) -> bool:
         """Wait at most `seconds` until fewer than MOST_UNDECIDED answers wait for their decision.
 
-        Return True if fewer wait or the desk is closed, False if the time is over. The thread that flies rocks calls
+        Return True if fewer wait or the desk is closed, False if the time is up. The thread that flies rocks calls
         this method, so that answers do not come faster than a slow disk can log their decisions. Each answer needs its
         own decision, because a later answer may show less danger.
         """
@@ -151,7 +161,7 @@ class AlertDesk:
             return self._served.wait_for(lambda: len(self._undecided) < MOST_UNDECIDED or self._closed, seconds)
 
     def miss(self, topic: str, at_ns: int) -> None:
-        """Note that messages of a topic of sources were lost before they could be read; at_ns : present time (ns)."""
+        """Note that messages of a topic of sources were lost before they could be read; at_ns : current time (ns)."""
         with self._served:
             self._missed[topic] = max(at_ns, self._missed.get(topic, at_ns))
         self._ask(CHANGED)
@@ -168,13 +178,13 @@ class AlertDesk:
                 self._requests.put(request)
 
     def watch(self, outlines: Callable[[], Mapping[str, str]], terrain: Callable[[], str] | None = None) -> None:
-        """Set the present outlines of the areas and the present terrain, for all further decisions.
+        """Set the current outlines of the areas and the current terrain, for all further decisions.
 
-        Evidence for a former outline or terrain is then outdated, even if many requests wait. Any thread may call.
+        If one of them has changed, request a decision. Evidence for a former outline or terrain is then outdated, even
+        if many requests wait. Any thread may call.
 
-        outlines : returns the digest of the present outline of each area, by name
-        terrain : returns the digest of the present terrain, or "" without terrain; pass None in place of this function
-            if the terrain is not watched
+        outlines : returns the digest of the current outline of each area, by name
+        terrain : returns the digest of the current terrain, or "" without terrain; None if the terrain is not watched
         """
         with self._watching:  # otherwise an older state could be noted after a newer one
             present = outlines(), terrain() if terrain is not None else None
@@ -189,7 +199,8 @@ class AlertDesk:
 
         why : the reason why the state is unknown
         reply : called with (True, `why`) on the thread of the alert desk, after the decision without evidence has been
-            published. If the clock does not run yet, no decision is made, and `reply` is called with (True, NO_CLOCK)
+            published. If the clock does not run yet, no decision is made, and `reply` is called with (True, NO_CLOCK).
+            If the decision fails, or the desk is closed first, `reply` is not called
         """
         self._requests.put(Request(faults=why, reply=reply))
 
@@ -211,7 +222,7 @@ class AlertDesk:
 
         by, why : name of the person, and reason; client : as in `Acknowledgement`
         reply : called on the thread of the alert desk, with True and a sentence, or with False and the reason why the
-            acknowledgement has no effect
+            acknowledgement has no effect; not called if the decision fails, or if the desk is closed first
         """
         given = Acknowledgement(by=by, why=why, at_ns=self._now(), client=client)
         faults = self.alert.faults if self.alert is not None else ()
@@ -284,7 +295,7 @@ class AlertDesk:
     def _next(self) -> Request | None:
         """Wait for the next request and return it; None if the desk must close.
 
-        The request no longer counts as waiting: a change of faults, areas or terrain after this call queues a new one.
+        The request no longer counts as waiting: a later change of faults, areas or terrain queues a new request.
         """
         request = self._requests.get()
         with self._served:
@@ -331,7 +342,7 @@ class AlertDesk:
             self._evidence.miss(topic, at_ns)
 
     def _remember(self) -> None:
-        """Save the state that the next start needs, if there is a log; report an error, but continue."""
+        """Save the state that the next start needs, if there is a log; report success or failure to the listener."""
         log = self._log
         if log is None:
             return
@@ -347,7 +358,7 @@ class AlertDesk:
         log.remember(received)
 
     def _wait_for_clock(self, request: Request) -> None:
-        """Report that no decision is possible before the clock runs; the evidence is kept until then."""
+        """Report, and reply, that no decision is possible before the clock runs; the evidence is kept until then."""
         if not self._owed or request != TICK:
             self._listener.held_up(NO_CLOCK)
         self._owed = True
@@ -355,7 +366,7 @@ class AlertDesk:
             request.reply((request.acknowledged is None, NO_CLOCK))
 
     def _acknowledge(self, request: Request, now: int) -> None:
-        """Decide with the acknowledgement of a request, and reply; now : present time (ns).
+        """Decide with the acknowledgement of a request, and reply; now : current time (ns).
 
         An acknowledgement without a name or reason causes no decision: the log notes that it was refused.
         """
@@ -422,8 +433,10 @@ class AlertDesk:
     def _fault_of_writing(self, write: Callable[[], object]) -> str:
         """Write to the log; return why this failed, "" if it did not fail. The alert is published in both cases.
 
-        write : writes to the log. The waiting time counts from the first write for a request, because the alert waits
-            for all writes of the request.
+        The time that `tick` compares with LONGEST_WRITE counts from the first write for a request, because the alert
+        waits for all writes of the request.
+
+        write : function that writes to the log
         """
         if self._writing_since is None:
             self._writing_since = time.monotonic()
@@ -440,7 +453,7 @@ class AlertDesk:
         than `now`. The validity of a decision ends at the latest when its evidence becomes stale, so the alert becomes
         a fault at the latest at the first call of `tick` after that time.
 
-        now : present time (ns)
+        now : current time (ns)
         """
         if self._owed or self.alert is None:
             return True

@@ -39,20 +39,26 @@ class Request:
 
     @property
     def decides(self) -> bool:
-        """True if the request always causes a decision, with all evidence, standing faults and lost messages."""
+        """True if the request asks for a decision with all evidence, standing faults and lost messages.
+
+        An acknowledgement does not count, because an acknowledgement without a name is refused without a decision.
+        """
         return self.evidence is not None or bool(self.faults) or self.is_changed
 
     def is_covered_by(self, later: "Request") -> bool:
         """True if this request can be skipped, because the decision on a later request covers it.
 
-        Otherwise new evidence would have to wait for many decisions, because the outline of a moving machine often
-        changes.
+        The outline of a moving machine changes often. Without skipping, new evidence would have to wait for a decision
+        on each change.
         """
         return (self in (TICK, CHANGED, MOVED) and later.decides) or (self in (TICK, MOVED) and later.is_moved)
 
     @property
     def is_unanswered(self) -> bool:
-        """True if the sources of the evidence got no answer: the evidence is then only a fault, and raises no level."""
+        """True if the request has evidence without areas, which raises no level.
+
+        Usually the sources got no answer, and the evidence is only a fault.
+        """
         return self.evidence is not None and not self.evidence.areas
 
 

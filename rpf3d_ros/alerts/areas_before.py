@@ -14,8 +14,9 @@ class AreasBefore:
 
     A silent topic defined an area before a restart or pause of the node, and has not published again since.
 
-    report : called with the cause and the sentence of each fault; an empty sentence ends the fault. Only one thread may
-        call `announce`, `interrupted` and `received`.
+    Only one thread may call `announce`, `interrupted` and `received`.
+
+    report : called with the cause and the sentence of each fault; an empty sentence ends the fault
     """
 
     def __init__(self, report: Callable[[str, str], None], before: Iterable[str]) -> None:
@@ -42,7 +43,9 @@ class AreasBefore:
         return tuple(sorted(self._missing | self._defined))
 
     def interrupted(self, watched: Iterable[str]) -> None:
-        """Report that messages may have been missed: topics with an area must publish again.
+        """Note that messages may have been missed, and report a fault for each topic that must publish its area again.
+
+        These are the watched topics that define an area, and the topics that were silent already.
 
         watched : topics whose areas have limits; the areas of other topics are not watched
         """

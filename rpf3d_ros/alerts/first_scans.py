@@ -7,14 +7,15 @@ from rpf3d_core.alerts.time_units import ns_of, span
 from rpf3d_ros.alerts.source_topics import BY_HAND
 
 PAUSES = "; if the sensor pauses so long in each scan, state a longer time"
-"""What to do, in the fault after a pause: the scan period of a site is wrong if its sensor needs longer for a scan."""
+"""End of the sentence of a fault after a pause: what to do if a scan takes longer than the site file states."""
 
 
 class FirstScans:
     """The first scan of each topic since the start, a restart, a step back of the clock, or a pause.
 
-    A scan is complete if messages were received for the whole period, and one with the places of the whole period is
-    answered. Both the stamps and a steady clock must show the period, because the clock of the stamps may jump ahead.
+    A scan is complete when messages have been received for the whole period, and a message from after the period has
+    been answered. Both the stamps and a steady clock must show the period, because the clock of the stamps may jump
+    ahead.
     After a pause that is longer than the period, or so long that the topic counted as silent, a scan begins again: the
     sensor has not reported every place within the period. Any thread may call.
 
@@ -29,9 +30,9 @@ class FirstScans:
         self._lock = threading.Lock()
 
     def received(self, topic: str, stamp_ns: int, now_s: float) -> None:
-        """Note a message, which need not be answered; do nothing for topic `clicked_point`.
+        """Note a received message, before it is answered; do nothing for topic `clicked_point`, or without a period.
 
-        stamp_ns : stamp of the message (ns); now_s : present time (s, steady clock)
+        stamp_ns : stamp of the message (ns); now_s : current time (s, steady clock)
         """
         if topic == BY_HAND or not self._period_ns:
             return
@@ -49,7 +50,7 @@ class FirstScans:
             )
 
     def answered(self, topic: str, stamp_ns: int) -> None:
-        """Note the answer to a message; do nothing if the message is from before the scan was complete.
+        """Note the answer to a message; do nothing if the message is from before the end of the first period.
 
         stamp_ns : stamp of the message (ns)
         """
@@ -65,7 +66,7 @@ class FirstScans:
         return not self._period_ns or topic == BY_HAND or (scan is not None and scan.is_answered)
 
     def faults(self) -> tuple[str, ...]:
-        """Return a fault for each topic whose first scan is not complete."""
+        """Return the sentence of a fault for each topic whose first scan has begun and is not complete."""
         with self._lock:
             return tuple(self._fault_of(topic, scan) for topic, scan in self._scans.items() if not scan.is_answered)
 
@@ -88,10 +89,10 @@ class Scan(NamedTuple):
     """The messages of a topic since its first scan began.
 
     first_ns, last_ns : first and last stamp (ns); first_s : when the first message was received (s, steady clock)
-    received_ns : time (ns) for which the topic has been received, the shorter one by both clocks
+    received_ns : time (ns) for which the topic has been received: the shorter of the times by stamps and steady clock
     paused_ns : pause (ns) of the topic before the first message; 0 if there was none
-    whole_ns : stamp (ns) of the first message after the whole period; None before it
-    is_answered : True if this message or a later one is answered
+    whole_ns : stamp (ns) of the first message after the whole period; None as long as there is none
+    is_answered : True if the message with the stamp `whole_ns`, or a later message, is answered
     """
 
     first_ns: int

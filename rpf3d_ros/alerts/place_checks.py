@@ -1,4 +1,4 @@
-"""Check the places of sources with each message: which sources to simulate, and which places are no longer reported."""
+"""Find, for each message of sources, which sources to simulate, and which places its topic no longer reports."""
 
 import math
 import time
@@ -21,7 +21,7 @@ FORGOTTEN = (
     "{} had reported {} that it reports no longer, and the node has forgotten some of these places{}: look at the "
     "slope and acknowledge, or publish an empty message if the sensor sees no source"
 )
-"""Sentence of the fault of forgotten places: topic, how many places, and when the last were forgotten."""
+"""Sentence of the fault of forgotten places; the braces stand for the topic, how many places, and when."""
 
 FORGOTTEN_IN_A_SCAN = (
     "{} has reported {} within evidence.scan_period_s, and the node has forgotten some of these places{}: report fewer "
@@ -33,7 +33,7 @@ FORGOTTEN_BEFORE = (
     "{} had reported more places before the start of the node than the node remembers: look at the slope and "
     "acknowledge, or publish an empty message if the sensor sees no source"
 )
-"""As FORGOTTEN, for places from before a restart; topic."""
+"""As FORGOTTEN, for places from before a restart; the braces stand for the topic."""
 
 
 class Forgotten(NamedTuple):
@@ -99,8 +99,9 @@ class PlaceChecks:
     def acknowledged(self, by: str, shown: Collection[str]) -> tuple[str, ...]:
         """Note an acknowledgement by a person; return the topics whose faults of unreported places it ends.
 
-        An acknowledgement counts only for the places whose faults the person saw. Several persons end the fault of the
-        places that all of them saw.
+        An acknowledgement counts only for the places and faults that the person saw. If several persons must
+        acknowledge, only what all of them saw counts. Acknowledged places are forgotten. The fault of unreported places
+        ends if no place of the topic is left; otherwise the other places are simulated again.
 
         shown : the faults of the last alert. A fault that is not shown yet cannot be acknowledged
         """
@@ -123,7 +124,10 @@ class PlaceChecks:
         return tuple(dict.fromkeys(ended))
 
     def restart(self) -> None:
-        """Note that all answers were forgotten, because the clock went back or the node is not active."""
+        """Note that all answers were forgotten, because the clock went back or the node is not active.
+
+        The first scan of each topic begins again. Faults of forgotten places stay.
+        """
         self._places.restart()
         self._scans.restart()
         self._forgotten = {topic: each._replace(at_ns=0) for topic, each in self._forgotten.items()}  # not a valid time
@@ -131,7 +135,8 @@ class PlaceChecks:
     def to_remember(self) -> dict[str, Any]:
         """Return what to save for the next start, as plain values: places, and topics on which danger is possible.
 
-        Places of all topics that may be dangerous or are not judged are saved, if there are any.
+        The key "places" has the places of topics that may be dangerous, or are not judged; the key is missing if there
+        are none. The key "dangers" has the topics.
         """
         places = self._places.to_remember(self._checks.suspects, self._forgotten)
         dangers = sorted({*self._checks.dangers, *self._forgotten} - {BY_HAND})  # clicks do not outlive a restart
@@ -142,8 +147,11 @@ class PlaceChecks:
     ) -> None:
         """Continue from the places that were saved before a restart, for the topics that the node still has.
 
-        saved, dangers : values of the keys "places" and "dangers" of `to_remember`; None for the state of an older
-            version: danger was then possible on all topics with places
+        Report a fault for each topic whose places could not all be saved.
+
+        saved, dangers : values of the keys "places" and "dangers" of `to_remember`. `dangers` is None for the state of
+            an older version: danger then counts as possible on all topics with places
+        topics : topics of sources that the node has
         """
         places, lacking = self._places.restore(saved, topics, time.monotonic())
         for topic in places if dangers is None else dangers:
@@ -153,9 +161,11 @@ class PlaceChecks:
             self._report_forgotten(topic, FORGOTTEN_BEFORE.format(topic), 0, -math.inf)
 
     def _is_known_again(self, trigger: Trigger, now_s: float) -> bool:
-        """Return True if all places have been reported again since places were forgotten; False without a scan period.
+        """Return True if places were forgotten, but all places must have been reported again since.
 
-        now_s : present time (s, steady clock)
+        This is true when more than a scan period has passed; without a scan period it is always False.
+
+        now_s : current time (s, steady clock)
         """
         known = self._forgotten.get(trigger.topic)
         if known is None or self._period is None:

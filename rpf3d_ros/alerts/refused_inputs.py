@@ -56,7 +56,10 @@ class RefusedInputs:
         self._refused: dict[str, Refusal] = {}
 
     def refused(self, topic: str, why: str, at: float) -> None:
-        """Note that a message of a topic was refused; why : reason; at : time of the refusal (s, steady clock)."""
+        """Note that a message of a topic was refused: report its fault, and cancel all acknowledgements.
+
+        why : reason of the refusal; at : time of the refusal (s, steady clock)
+        """
         first = self.reasons.get(topic, why)
         self._refused = {**self._refused, topic: Refusal(why=first, at=at)}
         self._votes.cancel()
@@ -71,10 +74,10 @@ class RefusedInputs:
         """Note an understood message of a topic, which may end the topic's fault; do nothing without a fault.
 
         While the topic has several publishers, the fault stays unchanged. Otherwise the fault ends if `is_whole` is
-        True, or if the last refused message is longer ago than `silence_s`. If the fault does not end, a person can end
-        it (`acknowledged`).
+        True, or if the last refused message is longer ago than `silence_s`. If the fault does not end, its sentence
+        changes: persons can then end the fault (`acknowledged`).
 
-        speakers : returns the number of publishers of the topic; now : time (s, steady clock)
+        speakers : returns the number of publishers of the topic; now : current time (s, steady clock)
         is_whole : True if the message replaces all earlier messages of the topic, as a message of areas does
         """
         refusal = self._refused.get(topic)
@@ -97,7 +100,7 @@ class RefusedInputs:
         message is longer ago than `silence_s`. An acknowledgement counts only for topics for which this condition was
         true when the person acknowledged. A message that is refused later, on any topic, cancels all acknowledgements.
 
-        by : name of the person; now : time (s, steady clock)
+        by : name of the person; now : current time (s, steady clock)
         """
         silent = tuple(
             topic for topic, refusal in self._refused.items() if refusal.is_followed or now - refusal.at > self._silence

@@ -1,4 +1,4 @@
-"""Keep the evidence for each wall (region), and combine evidence that is not too old into one for a decision."""
+"""Keep the evidence of each region (wall), and combine all evidence that is not too old for a decision."""
 
 from collections.abc import Hashable, Mapping, Sequence
 from typing import NamedTuple
@@ -20,8 +20,8 @@ from rpf3d_ros.messages.stamps import SECOND
 class TopicEvidence(NamedTuple):
     """Evidence, and the topic on which its sources were received.
 
-    judged : an earlier answer of the region, if too few rocks flew in this one: the last with enough rocks, or else the
-        first; None if enough rocks flew
+    judged : an earlier answer of the region, if too few rocks flew for `evidence`: the last answer with enough rocks,
+        or else the first answer; None if enough rocks flew, or if there is no earlier answer
     """
 
     topic: str
@@ -30,7 +30,10 @@ class TopicEvidence(NamedTuple):
 
     @property
     def over_ground(self) -> Evidence:
-        """The answer whose terrain counts as the terrain of this region: an answer of few rocks cannot replace it."""
+        """The answer whose terrain counts as the terrain of this region.
+
+        An answer with too few rocks does not count if there is an earlier answer.
+        """
         return self.evidence if self.judged is None else self.judged
 
     @property
@@ -65,7 +68,7 @@ class RegionEvidence:
 
         terms : the conditions of the site for evidence; expected, has_sensors, heard : as in `SourceTopics`
         unreported : the answers to places that their topic no longer reports; None if there can be none
-        scans : the first scan of each topic; None if no message is checked for its places
+        scans : the first scan of each topic; None if each message has all places of its topic
         """
         self._unreported, self._scans = unreported, scans or FirstScans(None, terms.sources_max_age_s)
         self._terms = terms
@@ -90,7 +93,9 @@ class RegionEvidence:
         """Keep the evidence of a region, unless newer evidence of the region is already kept.
 
         Evidence without sources removes older evidence of its topic. Only the last evidence without sources is kept;
-        its faults are added to the evidence that has sources.
+        its faults are added to the evidence that has sources. In any case, note that the topic has published.
+
+        Evidence on the unreported places of a topic goes to `UnreportedEvidence` only.
         """
         if self._unreported is not None and region == unreported_region(topic):
             self._unreported.note(topic, evidence)
@@ -111,7 +116,7 @@ class RegionEvidence:
         self._evidence = {**others, region: new}
 
     def watch(self, outlines: Mapping[str, str], terrain: str | None, now_ns: int) -> None:
-        """Set the present areas and terrain; evidence for other outlines or terrains is outdated from now (ns) on.
+        """Set the current areas and terrain; evidence for other outlines or terrains is outdated from now (ns) on.
 
         Any thread may call this method.
 
@@ -125,7 +130,7 @@ class RegionEvidence:
             self._ground.watch(terrain, now_ns)
 
     def miss(self, topic: str, now_ns: int) -> None:
-        """Note that messages of a topic were lost before they could be read; now_ns : present time (ns)."""
+        """Note that messages of a topic were lost before they could be read; now_ns : current time (ns)."""
         self._topics.miss(topic, now_ns)
 
     def __len__(self) -> int:
@@ -135,11 +140,11 @@ class RegionEvidence:
     def fresh(self, now_ns: int) -> Evidence | None:
         """Return the evidence of all regions, combined into one for a decision at `now_ns` (ns); None without evidence.
 
-        Stale evidence is left out, because a later message of its sensor may have reported other sources. If the sensor
-        has reported nothing later, its silence is a fault. If all evidence is stale, the newest evidence counts.
+        Stale evidence is forgotten: a later message of its sensor may have reported other sources. If the sensor has
+        reported nothing later, its silence is a fault. If all evidence is stale, the newest evidence counts.
         Evidence without sources counts only if no other evidence has sources. `outdated` of the result lists each area
-        whose present outline is missing in the evidence of a region. `faults` of the result also names silent topics,
-        lost messages, and answers over the former terrain.
+        whose current outline is missing in the evidence of a region. `faults` of the result also names silent topics,
+        lost messages, incomplete first scans, dangerous unreported places, and answers over the former terrain.
         """
         if not self._evidence:
             return None
@@ -162,9 +167,11 @@ class RegionEvidence:
         )
 
     def _judged_before(self, evidence: Evidence, known: TopicEvidence) -> Evidence | None:
-        """Return the last answer of a region with enough rocks, if new evidence of the region has too few; else None.
+        """Return the earlier answer for `TopicEvidence.judged`; None if enough rocks flew for the new evidence.
 
-        known : the evidence of the region until now
+        This is the last answer of the region with enough rocks, or else its first answer; None if there is no answer.
+
+        evidence : the new evidence; known : the evidence of the region until now
         """
         if not is_small_answer(evidence, self._terms):
             return None
@@ -174,7 +181,7 @@ class RegionEvidence:
     def _complete_until_ns(self, grounds: Sequence[Evidence]) -> int:
         """Return the time (ns) at which the first fault begins if no further message arrives; 0 if no fault will begin.
 
-        grounds : evidence whose terrain must be the present one
+        grounds : the evidence whose terrain is compared with the current terrain
 
         The fault is a topic that falls silent, an answer that still counts too long after its terrain was replaced, or
         places that are no longer reported and have had no answer for too long.
@@ -187,7 +194,7 @@ class RegionEvidence:
     def forget(self, now_ns: int) -> None:
         """Forget all evidence and stamps, for example because the clock went back; every topic must publish again.
 
-        now_ns : present time (ns); earlier times are invalid
+        now_ns : current time (ns); earlier times are invalid
         """
         self._clear()
         self._topics.forget()

@@ -21,7 +21,7 @@ ANY_STAMP = -1
 
 
 class SourceTopics:
-    """The stamp of the last message of each topic of sources; every topic that has published must go on publishing.
+    """The stamp of the last message of each topic of sources; a topic that has published must continue to publish.
 
     expected : topics that must publish even if they have never published
     heard : topics that had published before a restart, and must publish again
@@ -42,11 +42,11 @@ class SourceTopics:
         self._lost_click: int | None = None
 
     def miss(self, topic: str, now_ns: int) -> None:
-        """Note that messages of a topic were lost before they could be read; now_ns : present time (ns).
+        """Note that messages of a topic were lost before they could be read; now_ns : current time (ns).
 
         The lost messages may have reported danger at any wall, so a later message does not replace them. The loss is a
-        fault until the lost sources would be too old, and at least until the sensor has reported every place again,
-        even if `forget` or `lose` is called before that time.
+        fault until the lost sources would be too old, and at least for the time `scan_ns`, within which the sensor
+        reports every place again. For lost clicks, only the age counts. `forget` and `lose` do not end the fault.
         """
         self._missed[topic] = max(now_ns, self._missed.get(topic, now_ns))
 
@@ -64,6 +64,7 @@ class SourceTopics:
         """Note the stamp (ns) of a message, with or without sources; do nothing for topic `clicked_point`.
 
         A message that is answered again is not newer than the last message of its topic, so the call changes nothing.
+        After `lose`, do nothing for a stamp that is not later than the last stamp before the error.
         """
         if topic != BY_HAND and stamp_ns > self._heard.get(topic, ANY_STAMP):
             self._last[topic] = max(stamp_ns, self._last.get(topic, stamp_ns))
@@ -74,7 +75,7 @@ class SourceTopics:
         The result also has a sentence for each topic with lost messages, a sentence for a clicked source that was lost
         by an error, and a sentence if the node has sensors but has received messages of topic `clicked_point` only.
 
-        oldest_ns : stamp (ns) before which a message is too old; now_ns : present time (ns)
+        oldest_ns : stamp (ns) before which a message is too old; now_ns : current time (ns)
         """
         fell_silent = tuple(
             f"nothing has been received on {topic} for {span(max(now_ns - stamp, 0))}; {REMOVED}"
@@ -121,13 +122,13 @@ class SourceTopics:
         self._lost_click = self._lost_click if click_ns is None else click_ns
 
     def _missing(self, oldest_ns: int, now_ns: int) -> tuple[str, ...]:
-        """Return a fault for each topic with lost messages whose sources would not be too old yet.
+        """Return a fault for each topic with lost messages whose sources would not be too old yet; forget older losses.
 
         After a restart or `forget`, a loss with a time in the future happened before the clock went back. The loss then
         counts as if it happened at `now_ns`. In all other cases the clock may be wrong for a moment only, so the time
         of the loss stays.
 
-        oldest_ns : time (ns) before which sources are too old; now_ns : present time (ns)
+        oldest_ns : time (ns) before which sources are too old; now_ns : current time (ns)
         """
         latest_ns = now_ns if self._is_new_time else max((now_ns, *self._missed.values()))
         self._is_new_time = False

@@ -1,11 +1,11 @@
-"""Standing faults of the alert: faults that last until their cause has ended, whatever the evidence says."""
+"""Standing faults of the alert: faults that last until their cause has ended, independent of the evidence."""
 
 import threading
 from collections.abc import Callable
 
 
 class StandingFaults:
-    """The present standing faults: one sentence for each cause. Any thread may call.
+    """The current standing faults: one sentence for each cause. Any thread may call.
 
     changed : called after each change of the faults
     """

@@ -7,7 +7,7 @@ from rpf3d_core.alerts.persons import person_of
 from rpf3d_core.alerts.site_model import AcknowledgeSpec
 
 Fault = TypeVar("Fault", bound=Hashable)
-"""What names a fault: its topic, or its topic and its sentence."""
+"""Type of the values that identify a fault: a topic, or a topic with the sentence or the place of a fault."""
 
 
 class TopicVotes:
@@ -23,9 +23,10 @@ class TopicVotes:
     def given(self, by: str, now: float, faults: Iterable[Fault]) -> tuple[Fault, ...]:
         """Note an acknowledgement; return the faults that it ends, none until enough persons acknowledged.
 
-        An acknowledgement of a person who saw none of these faults is not noted.
+        When enough persons have acknowledged within the time that the site sets, the faults that all of them saw end.
+        Then all acknowledgements are forgotten. An acknowledgement of a person who saw no fault is not noted.
 
-        by : name of the person; now : time (s, steady clock); faults : the faults that the person saw
+        by : name of the person; now : current time (s, steady clock); faults : the faults that the person saw
         """
         seen = tuple(faults)
         if not seen:

@@ -1,8 +1,8 @@
 """Faults of sources from before the start that the node can no longer judge, although they may be dangerous.
 
 The node no longer has their topic, because the topic was removed or has another name, or their places refer to another
-origin of the map. Without the fault, the danger would be forgotten without a word. The fault ends when enough persons
-who saw it have acknowledged; until then it stays after each further start, also if the topic is there again.
+origin of the map. Without the fault, the danger would be forgotten silently. The fault ends when enough persons who saw
+the fault have acknowledged. Until then, the fault stays after each further start, even if the node has the topic again.
 """
 
 import time
@@ -51,7 +51,7 @@ class TopicsBefore:
             self._report(CAUSE.format(topic), sentence)
 
     def acknowledged(self, by: str, shown: Collection[str]) -> tuple[str, ...]:
-        """Note an acknowledgement by a person; return the topics whose faults it ends.
+        """Note an acknowledgement by a person; return the topics whose faults it ends, and end these faults.
 
         shown : the faults of the last alert. A fault that is not shown yet cannot be acknowledged
         """
@@ -71,9 +71,12 @@ class TopicsBefore:
 def unjudged_topics(memory: Mapping[str, Any], known: Collection[str], origin: Collection[float]) -> dict[str, str]:
     """Return the sentence of the fault of each topic of sources that cannot be judged, by topic.
 
-    Danger was possible on a topic if its last answer showed danger or was missing, or if a message was refused or lost.
+    These are topics on which danger was possible, if the node no longer has the topic. Danger was possible if the last
+    answer showed danger or was missing, or if a message was refused or lost. If `map_origin` has changed, or was not
+    saved, the result also has all topics whose last answer showed danger or was missing. Sentences from earlier starts
+    are kept.
 
-    memory : the saved state; known : topics of sources that the node has; origin : its `map_origin` (m)
+    memory : the saved state; known : names of the topics that the node has; origin : `map_origin` of the node (m)
     """
     dangers = set(memory["dangers"]) if "dangers" in memory else _topics_with_places(memory)
     suspects = {*dangers, *memory.get("missed", ()), *memory.get("refused", ())}
@@ -88,12 +91,12 @@ def unjudged_topics(memory: Mapping[str, Any], known: Collection[str], origin: C
 
 
 def has_moved(memory: Mapping[str, Any], origin: Collection[float]) -> bool:
-    """Return True if the saved places refer to another origin of the map than this (m); False if it was not saved."""
+    """Return True if the saved origin of the map differs from `origin` (m); False if no origin was saved."""
     return "map_origin" in memory and bool(memory["map_origin"] != list(origin))
 
 
 def _topics_with_places(memory: Mapping[str, Any]) -> set[str]:
-    """Return the topics with saved places, or whose places were too many; for the state of an older version."""
+    """Return the topics with saved places, or with too many places to save; for the state of an older version."""
     saved = memory.get("places", {})
     return {topic for topic in saved if topic} | set(saved.get("", ()))
 

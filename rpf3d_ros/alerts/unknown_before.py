@@ -13,7 +13,7 @@ class UnknownBefore:
     """The fault that the level held before the start is unknown, with the persons who have acknowledged the fault.
 
     The fault ends when as many persons as the site demands have acknowledged it. This number does not depend on the
-    present level, because any level may have been held. Only one thread may call.
+    current level, because any level may have been held. Only one thread may call.
     """
 
     def __init__(self, why: str, terms: AcknowledgeSpec) -> None:
@@ -33,7 +33,7 @@ class UnknownBefore:
     def acknowledged(self, by: str, now_ns: int, other_faults: tuple[str, ...]) -> str:
         """Note an acknowledgement; return why the fault stays, or "" if it has ended.
 
-        by : name of the person; now_ns : present time (ns)
+        by : name of the person; now_ns : current time (ns)
         other_faults : the other faults at this time. If there are any, neither this acknowledgement nor earlier
             acknowledgements count, because the person cannot have seen the danger
         """

@@ -1,8 +1,8 @@
 """The faults of places that their topic no longer reports, from the answers to these places.
 
-A place that is missing in a message was either gone or merely not part of the message. If rocks from the place may
-reach a limit of the site, or if this is not known in time, this is a fault until the place is reported again, the topic
-publishes an empty message, or persons acknowledge.
+A place that is missing in a message is either gone or merely not part of the message. If rocks from the place may
+reach a limit of the site, or if this is not known in time, this is a fault. The fault ends when a later answer shows no
+danger, the place is reported again, the topic publishes an empty message, or persons acknowledge.
 """
 
 import threading
@@ -20,16 +20,16 @@ ALWAYS = 2**62
 """A time (ns) after every stamp."""
 
 ANY = -1
-"""Stands for the stamp of any message."""
+"""Value of `Expected.stamp_ns` if an answer to the places of any message is expected."""
 
 Place = tuple[float, ...]
 """Coordinates x, y, z (m) of a place."""
 
 MOST_SHOWN = 20
-"""Number of the last sets of places of a topic that a person may have seen in a fault when acknowledging it."""
+"""Largest number of sets of unreported places of a topic that are kept: a person may acknowledge an earlier alert."""
 
 MOST_EXPECTED = 100
-"""Largest number of answers that are expected for one topic; further messages count as one with the last of these."""
+"""Largest number of answers that are expected for one topic; a further answer replaces the last, with its deadline."""
 
 REMEDY = (
     "look at the slope and acknowledge; or let the sensor report the places again, or publish an empty message if it "
@@ -56,26 +56,28 @@ class Expected(NamedTuple):
 
 @dataclass
 class CheckedPlaces:
-    """The check of the unreported places of a topic.
+    """What is known about the unreported places of a topic: answers, expected answers, and whether danger is possible.
 
-    where : which places, as the beginning of a sentence
-    oldest_ns : when the first of the places was reported last (ns); 0 if not known
+    where : which places, and until when they were reported, as a part of a sentence
+    oldest_ns : earliest time (ns) at which one of the places was last reported; 0 if not known
     is_ended : True if the topic has no unreported places
     expected : the answers that are still expected, the oldest first; the places are judged if there is none
-    judged_ns : stamp of the message whose unreported places the last answer judged, or after which they had ended
-        (ns); ALWAYS if there is no answer that counts
+    judged_ns : stamp (ns) of the message whose unreported places the last answer judged, or of the message that ended
+        the places; -1 if they ended without a message, ALWAYS if there is no answer that counts
     is_dangerous : True if rocks from the places of the last answer may reach a limit
-    stands : True from a dangerous answer until the places are judged harmless or end, and the message without them is
-        answered
+    stands : True while a danger or fault stands that was shown earlier: until the places are judged harmless or have
+        ended, and the message without the places is answered
     why_failed : why the places could not be simulated; "" if they could
-    is_due : True if they must be simulated again for that reason
-    received_ns : stamp (ns) of the newest message of the topic
-    main_ns : stamp (ns) of the newest message of the topic that is answered
-    danger_ns : stamp (ns) of the newest message whose answer may reach a limit; -1 if there is none
-    has_danger : True from an answer that shows danger until an answer to all places of the topic shows none; stamps
-        that become invalid do not change it
+    is_due : True if the places must be simulated again for that reason
+    received_ns : stamp (ns) of the newest message of the topic with sources; -1 if there is none
+    main_ns : stamp (ns) of the newest message of the topic whose answer counts; an answer of too few rocks does not
+        count unless it shows danger; -1 if there is none
+    danger_ns : stamp (ns) of the newest message whose answer may reach a limit or is missing; -1 if there is none,
+        ALWAYS if the stamp is no longer valid
+    has_danger : True from an answer that shows danger, or does not include all sources, until an answer to all places
+        of the topic shows no danger; stamps that become invalid do not change this value
     evidence : the last answer to unreported places that counts
-    shown : the last beginnings of sentences, each with the places (x, y, z) (m) that it is about
+    shown : the last values of `where`, each with the places (x, y, z) (m) that it describes
     """
 
     where: str = ""
@@ -96,7 +98,7 @@ class CheckedPlaces:
 
     @property
     def is_open(self) -> bool:
-        """True if a message without the places is answered, the places are not, and danger was possible at them."""
+        """True if danger was possible at the places, a message without them is answered, and the places are not."""
         return bool(self.expected) and self.main_ns >= self.expected[0].stamp_ns and self.danger_ns >= self.oldest_ns
 
     @property
@@ -120,21 +122,24 @@ class CheckedPlaces:
         return bool(self.stands or self.is_dangerous or self.expected or self.why_failed)
 
     def settle(self) -> None:
-        """End a standing danger if the places are harmless or have ended and the message without them is answered."""
+        """Set `stands` to True after a dangerous answer; set it to False once the danger has ended.
+
+        The danger has ended if the places are harmless or have ended, and the message without the places is answered.
+        """
         if self.is_dangerous:
             self.stands = True
         elif self.main_ns >= self.judged_ns:
             self.stands = False
 
     def expect(self, new: Expected) -> None:
-        """Note one more expected answer."""
+        """Add an expected answer; if MOST_EXPECTED are expected, `new` replaces the last of them, with its deadline."""
         if len(self.expected) >= MOST_EXPECTED:
             last = self.expected.pop()
             new = new._replace(until_ns=last.until_ns, time_limit=last.time_limit)
         self.expected.append(new)
 
     def received(self, evidence: Evidence) -> None:
-        """Remove the answers that are no longer expected, because this or a later answer has arrived."""
+        """Note an answer to unreported places, and remove this and all earlier answers from the expected answers."""
         digests = [each.digest for each in self.expected]
         if evidence.sources_digest in digests:
             del self.expected[: digests.index(evidence.sources_digest) + 1]
@@ -159,7 +164,8 @@ class CheckedPlaces:
 class UnreportedEvidence:
     """The unreported places of each topic and their answers. Any thread may call.
 
-    now : returns the time of the node's clock (ns); changed : called after a fault has ended without an answer
+    now : returns the time of the node's clock (ns)
+    changed : called after the unreported places of a topic have ended, so that the faults may have changed
     """
 
     def __init__(self, thresholds: Thresholds, now: Callable[[], int], changed: Callable[[], None]) -> None:
@@ -182,7 +188,7 @@ class UnreportedEvidence:
         They are also a fault if the answer takes longer than `changed_terrain_s`.
 
         trigger : the places, with the stamp of the message that does not report them
-        first_ns, last_ns : when the first and the last of the places were last reported (ns); 0 if not known
+        first_ns, last_ns : earliest and latest time (ns) at which one of the places was last reported; 0 if not known
         """
         with self._lock:
             one = self._of(trigger.topic)
@@ -194,13 +200,21 @@ class UnreportedEvidence:
             one.shown = dict(list(one.shown.items())[-MOST_SHOWN:])
 
     def received(self, topic: str, stamp_ns: int) -> None:
-        """Note a message of a topic with sources: until it is answered, its sources may be dangerous; stamp_ns : ns."""
+        """Note a message of a topic with sources, which may be dangerous until they are answered.
+
+        stamp_ns : stamp of the message (ns)
+        """
         with self._lock:
             one = self._of(topic)
             one.received_ns = max(one.received_ns, stamp_ns)
 
     def watch(self, outlines: Mapping[str, str]) -> None:
-        """Set the present areas: answers from before the first area judge nothing; outlines : of each area, by name."""
+        """Set the current areas. If these are the first areas, expect new answers to the unreported places.
+
+        The former answers were made without any area, so they judge nothing.
+
+        outlines : digest of the outline of each area, by name
+        """
         until_ns = self._now() + self._moved_ns
         with self._lock:
             is_first, self._has_areas = bool(outlines) and not self._has_areas, bool(outlines)
@@ -209,7 +223,7 @@ class UnreportedEvidence:
                     one.expect(Expected(stamp_ns=ANY, digest="", until_ns=until_ns, time_limit=self._moved))
 
     def places_of(self, topic: str, shown: Collection[str]) -> frozenset[Place]:
-        """Return the places (x, y, z) (m) that the shown faults of a topic are about; shown : faults of an alert."""
+        """Return the unreported places (x, y, z) (m) of a topic that are in the faults of an alert (`shown`)."""
         with self._lock:
             known = dict(self._topics[topic].shown) if topic in self._topics else {}
         begins = {_begin(topic, where): places for where, places in known.items()}
@@ -218,9 +232,11 @@ class UnreportedEvidence:
         )
 
     def end(self, topic: str, stamp_ns: int = -1) -> None:
-        """Note that a topic has no unreported places; a fault ends as soon as a message of this stamp is answered.
+        """Note that a topic has no unreported places any more, and call `changed`.
 
-        stamp_ns : stamp of the message that ends them (ns); -1 to end a fault immediately
+        A fault of these places ends as soon as the message with the stamp `stamp_ns`, or a later message, is answered.
+
+        stamp_ns : stamp of the message that ends the places (ns); -1 to end a fault immediately
         """
         now_ns = self._now()
         with self._lock:
@@ -238,11 +254,11 @@ class UnreportedEvidence:
             one.danger_ns, one.has_danger = ALWAYS, True
 
     def note(self, topic: str, evidence: Evidence) -> None:
-        """Note an answer to the unreported places of a topic, or a fault in its place.
+        """Note an answer to the unreported places of a topic, or the fault that there is no answer.
 
-        An answer counts, too, if places were added after it was expected: otherwise a sensor whose messages come faster
-        than the answers would never get one. An answer with a fault, for example because some places are over a hole,
-        judges nothing, but may show danger.
+        An answer also counts if further places were added after its sources were queued. Otherwise a sensor whose
+        messages come faster than the answers would never get an answer that counts. An answer with a fault, for example
+        because some places are over a hole, judges nothing, but may show danger.
         """
         with self._lock:
             one = self._of(topic)
@@ -259,10 +275,10 @@ class UnreportedEvidence:
             one.settle()
 
     def note_reported(self, topic: str, evidence: Evidence, is_whole: bool = True) -> None:
-        """Note an answer to the sources that a topic reports, or a fault in its place.
+        """Note an answer to the sources that a topic reports, or the fault that there is no answer.
 
         is_whole : True if the topic has reported all its places since answers were forgotten (`FirstScans`); only then
-            may a harmless answer end what was a danger before
+            may a harmless answer end an earlier danger
         """
         is_danger = may_reach_a_limit(evidence, self._thresholds) or not evidence.areas
         with self._lock:
@@ -291,7 +307,7 @@ class UnreportedEvidence:
         return {topic: fault for topic, fault in found.items() if fault}
 
     def _fault_of(self, topic: str, one: CheckedPlaces, now_ns: int) -> str:
-        """Return the fault of a topic, "" for none; now_ns : present time (ns)."""
+        """Return the fault of a topic, "" for none; now_ns : current time (ns)."""
         late = [each for each in one.expected if now_ns >= each.until_ns]
         if one.why_failed:
             verdict = f"could not be simulated ({one.why_failed})"
@@ -315,7 +331,7 @@ class UnreportedEvidence:
         return [each for each in late_ns if each > now_ns]
 
     def parts(self) -> list[Evidence]:
-        """Return the answers to unreported places, which must be for the present terrain and areas like all answers."""
+        """Return the answers to unreported places, to check that they are for the current terrain and areas."""
         with self._lock:
             return [one.evidence for one in self._topics.values() if one.evidence is not None]
 
@@ -337,7 +353,7 @@ class UnreportedEvidence:
             return topic in self._topics and self._topics[topic].is_due
 
     def forget(self) -> None:
-        """Note that all answers are forgotten and earlier stamps are invalid; what was a danger remains suspect."""
+        """Note that all answers are forgotten and earlier stamps are invalid; a danger shown earlier stays possible."""
         now_ns = self._now()
         with self._lock:
             for topic, one in self._topics.items():
@@ -358,7 +374,7 @@ class UnreportedEvidence:
 
 
 def _begin(topic: str, where: str) -> str:
-    """Return the beginning of the sentence of a fault; topic : of the sources; where : as in `CheckedPlaces`."""
+    """Return the beginning of the sentence of a fault; topic : topic of the sources; where : as in `CheckedPlaces`."""
     return f"topic {topic} no longer reports {where}; rocks from there"
 
 
@@ -367,7 +383,10 @@ def _within(terms: EvidenceSpec, key: str) -> str:
 
 
 def _where(trigger: Trigger, last_ns: int) -> str:
-    """Return which places a topic no longer reports, and until when it did (ns; 0 if not known)."""
+    """Return as text which places a topic no longer reports, and until when it reported them.
+
+    trigger : the places; last_ns : latest time (ns) at which one of them was reported, 0 if not known
+    """
     x, y, z = trigger.positions[0]
     at, more = f"the place at ({x:.1f}, {y:.1f}, {z:.1f}) m", len(trigger.positions) - 1
     which = at if not more else f"{at} and {more:,} other{'s' if more > 1 else ''}"

@@ -1,4 +1,4 @@
-"""Keep the places of sources that earlier messages of a topic reported, and find those that it no longer reports.
+"""Keep the places of sources that messages of a topic reported, and find the places that later messages do not report.
 
 A sensor may report wall after wall, each in its own message. A place that is missing in a message then is either gone
 or merely not part of this message. `evidence.scan_period_s` of the site file decides (docs/explanation/alerts.md):
@@ -42,7 +42,8 @@ class Places:
 
     positions : (N, 3) m, map frame; velocities : (N, 3) m/s; diameters : (N,) m, NaN where unknown
     at_ns : (N,) stamp of the last message with the place (ns); 0 if it is from before the start of the node
-    at_s : (N,) when this message was received (s, steady clock)
+    at_s : (N,) when this message was received (s, steady clock). For places from before the start: -infinite without a
+        scan period, the time of the start with a scan period
     """
 
     positions: FloatArray
@@ -75,7 +76,7 @@ class Places:
 
         A clock that jumps ahead must not end a place.
 
-        stamp_ns, now_s : present time, by the stamp of the newest message (ns) and by the steady clock (s)
+        stamp_ns, now_s : current time, by the stamp of the newest message (ns) and by the steady clock (s)
         """
         return self.only((stamp_ns - self.at_ns <= period_ns) | (now_s - self.at_s <= period_ns / NS))
 
@@ -109,14 +110,16 @@ class TopicPlaces(NamedTuple):
 
 
 class Update(NamedTuple):
-    """What follows from a message of sources.
+    """The result of `ReportedPlaces.received`: the sources and unreported places to simulate after a message.
 
     trigger : the sources to simulate: of the message, and of earlier messages within the scan period
     unreported : unreported places to simulate; None if they are the same as before, or if there are none
-    first_ns, last_ns : when the first and the last of the unreported places were last reported (ns); 0 if not known
+    first_ns, last_ns : earliest and latest time (ns) at which one of the unreported places was last reported; 0 if not
+        known
     is_ended : True if the topic had unreported places, and has none now
-    is_nothing : True if the message says that the topic sees no source at all
-    too_many : of how many places some were forgotten that may be dangerous; "" if none were
+    is_nothing : True if the message has no sources and a later stamp than the last message, so the topic sees no
+        source at all; always False with a scan period
+    too_many : text such as "more than 1,000 places" if places had to be forgotten that may be dangerous; "" otherwise
     """
 
     trigger: Trigger
@@ -129,10 +132,10 @@ class Update(NamedTuple):
 
 
 class ReportedPlaces:
-    """The places that each topic of sensors has reported. Only one thread may call; any thread may `to_remember`.
+    """The places that each topic of sensors has reported. Only one thread may call, except `to_remember` (any thread).
 
     period_s : `evidence.scan_period_s` of the site file (s); None if it is absent
-    distance : distance (m) within which two reports are about the same place
+    distance : distance (m) within which two reports are about the same place; at least NEAREST is used
     """
 
     def __init__(self, period_s: float | None, distance: float) -> None:
@@ -143,9 +146,9 @@ class ReportedPlaces:
     def received(
         self, trigger: Trigger, now_s: float, is_suspect: bool = False, is_due: bool = False
     ) -> Update:  # fmt: skip
-        """Note a message of sources, and return what follows from it; clicked sources are returned unchanged.
+        """Store the places of a message of sources, and return what to simulate; clicked sources stay unchanged.
 
-        now_s : present time (s, steady clock)
+        now_s : current time (s, steady clock)
         is_suspect : True if earlier sources of the topic are, or may be, dangerous
         is_due : True if the unreported places must be simulated again
         """
@@ -231,8 +234,9 @@ class ReportedPlaces:
         suspects : topics whose sources are, or may be, dangerous. Of other topics, no place is saved
         forgotten : topics of which places were forgotten, and which have a fault for that reason
 
-        The result has for each topic the rows (x, y, z, velocity x, y, z, diameter), rounded to a centimetre. If there
-        are too many places, the topics of the missing ones are listed under the key "", as are `forgotten` ones.
+        The result has for each topic the rows (x, y, z, velocity x, y, z, diameter), in m and m/s, rounded to two
+        decimals. At most REMEMBERED places are saved. A topic whose places do not fit is left out, and is listed under
+        the key "" together with the topics in `forgotten`.
         """
         saved: dict[str, Any] = {}
         room, lacking = REMEMBERED, list(forgotten)
@@ -256,7 +260,7 @@ class ReportedPlaces:
         With a scan period, the places count as sources for this period. Return the topics with places, and the topics
         whose places could not be saved; none of the latter with a scan period, because the first scan is a fault then.
 
-        now_s : present time (s, steady clock)
+        now_s : current time (s, steady clock)
         """
         for topic, rows in saved.items():
             if topic and topic in topics:

@@ -9,10 +9,10 @@ from rpf3d_core.live.outlines import DigestHistory
 
 
 class WatchedTerrain:
-    """The present terrain and its former states. Any thread may call.
+    """The current terrain and its former states. Any thread may call.
 
     After a change, the sources of each region are answered again, unless there are too many regions or the answers take
-    too long. The evidence of a region over the former terrain may then lack danger on the present terrain.
+    too long. The evidence of a region over the former terrain may then lack danger on the current terrain.
     """
 
     def __init__(self, longest_s: float) -> None:
@@ -25,21 +25,21 @@ class WatchedTerrain:
         self._lock = threading.Lock()
 
     def watch(self, digest: str, now_ns: int) -> None:
-        """Set the present terrain; digest : of the terrain, "" without terrain; now_ns : present time (ns)."""
+        """Set the current terrain; digest : digest of the terrain, "" without terrain; now_ns : current time (ns)."""
         with self._lock:
             if self._known is None:
                 self._known = DigestHistory(digest, now_ns)
             self._known.watch(digest, now_ns)
 
     def restart(self, now_ns: int) -> None:
-        """Forget all former terrains, because times before now (ns) are not valid; the present terrain stays."""
+        """Forget all former terrains, because times before now (ns) are not valid; the current terrain stays."""
         with self._lock:
             self._known = None if self._known is None else DigestHistory(self._known.present, now_ns)
 
     def faults(self, parts: Sequence[Evidence], now_ns: int) -> tuple[str, ...]:
-        """Return the fault of answers that still count too long after their terrain was replaced; empty if none do.
+        """Return the fault of answers that count too long after their terrain was replaced: one sentence, or none.
 
-        parts : the evidence of each region; now_ns : present time (ns)
+        parts : the evidence of each region; now_ns : current time (ns)
         """
         ages = [now_ns - since_ns for since_ns in self._replaced_ns(parts)]
         late = [age for age in ages if age >= self._longest_ns]

@@ -90,7 +90,9 @@ class StandIn:
         return all_subscribed()
 
     def acknowledge(self, by: str, seconds: float) -> tuple[bool, str]:
-        """Acknowledge as an operator would; return True if the level was lowered, else False, and the reply as text.
+        """Acknowledge as an operator would; return True if the simulator reports success, and the reply as text.
+
+        Success means that the level was lowered, or that the fault of an unknown level has ended.
 
         Name and reason are set as a parameter of the simulator, then its service is called.
 

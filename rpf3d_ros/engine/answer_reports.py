@@ -16,16 +16,16 @@ from rpf3d_ros.messages.health import ERROR, OK, WARN
 from rpf3d_ros.messages.stamps import stamp_of
 
 ROOM_WITHIN = 0.1
-"""Time (s) between two checks whether the simulator is being closed, while an answer waits for its decision."""
+"""Time (s) between two checks whether the simulator is being closed, while answers wait for their decisions."""
 
 
 class PresentState(NamedTuple):
-    """The present state of the simulator that answers are judged by, each part as a function.
+    """Functions that return parts of the current state of the simulator, by which answers are judged.
 
     desk : returns the alert desk; None without a site file, and until the station has made it
     region_of : returns the region of a trigger, that is the wall that its sources belong to
     standing : returns the terrain in use, None if there is none
-    watch_present : passes the present outlines and terrain to the alert desk, before it decides
+    watch_present : passes the current outlines and terrain to the alert desk, before it decides
     """
 
     desk: Callable[[], AlertDesk | None]
@@ -38,7 +38,10 @@ class AnswerReports:
     """Receives answers and failures from the thread that flies rocks (`FlightListener`)."""
 
     def __init__(self, configuration: StationConfiguration, outlets: Outlets, state: PresentState) -> None:
-        """Report to these outlets; parameters as the classes describe them."""
+        """Report to `outlets`.
+
+        configuration : parameters and scene of the simulator; state : functions that return its current state
+        """
         self._configuration, self._outlets, self._state = configuration, outlets, state
         self._closing = False
 
@@ -51,9 +54,10 @@ class AnswerReports:
         self._outlets = outlets
 
     def answered(self, answer: Answer) -> None:
-        """Publish an answer, and ask for an alert decision on it.
+        """Request an alert decision on an answer, and publish the answer.
 
-        Return only when few answers wait for their decision (`AlertDesk.wait_for_room`), because the disk may be slow.
+        An answer to places that are no longer reported is not published. Return only when few answers wait for their
+        decision (`AlertDesk.wait_for_room`), because the disk may be slow.
         """
         self._state.watch_present()
         desk = self._state.desk()
@@ -74,14 +78,17 @@ class AnswerReports:
         self._outlets.health.set("run", level, sentence, figures_of(answer))
 
     def unanswerable(self, trigger: Trigger, why: str) -> None:
-        """Report why a trigger has no answer; the missing answer is a fault of the alert."""
-        if trigger.is_unreported:  # the message with the present sources may have an answer
+        """Report why a trigger has no answer; the missing answer is a fault of the alert.
+
+        For places that are no longer reported, there is no report in the diagnostics.
+        """
+        if trigger.is_unreported:  # the message with the current sources may have an answer
             self._decide_without_answer(trigger, why)
         else:
             self.refuse_sources(trigger, why)
 
     def refuse_sources(self, trigger: Trigger, why: str) -> None:
-        """Report in the diagnostics, too, why sources are refused; the missing answer is a fault of the alert."""
+        """Report why sources are refused, in the diagnostics and as a fault of the alert."""
         self._outlets.health.set("run", WARN, f"sources refused: {why}")
         self._decide_without_answer(trigger, why)
 

@@ -13,8 +13,8 @@ class AnswerSchedule:
     changes come faster than the answers, the triggers take turns, so that none waits for ever. If a trigger of another
     wall has interrupted a refinement, this refinement is completed afterwards.
 
-    The flyer (`Flyer`, the thread that flies rocks) holds its lock while a method is called, except for `progress` and
-    `finish`, which only its own thread calls.
+    The flyer (`Flyer`, the thread that flies rocks) holds its lock while it calls a method, except for `progress` and
+    `finish`, which only its own thread calls. Properties and attributes may be read without the lock.
 
     current : the trigger that is being answered or was answered last, None if there is none
     repeats : True if the latest trigger must be answered again

@@ -16,7 +16,9 @@ class AnsweredSources:
     """The last trigger (sources of one message) of each region, to be answered again when terrain or areas change."""
 
     def __init__(self, age_s: float = 0.0, most: int = 0) -> None:
-        """Keep at most `most` triggers; with 0, none is ever kept. Places that are no longer reported do not count.
+        """Keep at most `most` triggers of reported sources; with 0, none is ever kept.
+
+        Triggers of places that are no longer reported are kept in addition; they do not count in `most`.
 
         age_s : largest age (s), relative to the newest trigger, of a trigger that is answered again
         """

@@ -75,11 +75,14 @@ class BeforeStart:
         return {topic: why for topic, why in self.memory.get("refused", {}).items() if topic in known}
 
     def unjudged(self, areas: Collection[str]) -> dict[str, str]:
-        """Return why sources cannot be judged any more, by topic; areas : the topics of areas."""
+        """Return the sentence of the fault of each topic that cannot be judged any more (`unjudged_topics`), by topic.
+
+        areas : the topics of areas
+        """
         return unjudged_topics(self.memory, (*self.sensors, BY_HAND, *areas), self.origin)
 
     def survey(self) -> SurveyInUse:
-        """Return the whole survey that the restored terrain was made from."""
+        """Return the whole survey of the restored terrain or, without a restored terrain, the one that was saved."""
         return survey_in_use(self.terrain, self.memory)
 
     def replaced_meshes(self) -> Collection[str]:
@@ -99,5 +102,8 @@ class BeforeStart:
         return TerrainLack(patches=patches, why_refused=why)
 
     def terrain_to_remember(self, ground: LiveTerrain | None) -> dict[str, Any]:
-        """Return what the next start must know of the terrain; ground : the terrain in use, None if there is none."""
+        """Return the facts about the terrain to save for the next start, as plain values by name.
+
+        ground : the terrain in use; None if there is none: then the facts from before this start
+        """
         return terrain_to_remember(ground, self.memory)

@@ -61,7 +61,7 @@ class TerrainListener(Protocol):
     """Receives reports on terrain messages from the builder's thread."""
 
     def stands(self, ground: LiveTerrain, what: str, holes: int = 0) -> None:
-        """Report that a terrain is in use.
+        """Report that the terrain `ground` is in use.
 
         what : a sentence on how it was made; holes : number of points that are missing inside the patches since the
             last whole survey, so that the terrain there has its former heights
@@ -77,9 +77,11 @@ class TerrainListener(Protocol):
 class Builder:
     """Builds the terrain from waiting surveys on its own thread, and passes the terrain to the thread that flies rocks.
 
+    The thread starts when the object is created.
+
     scene : the scene of the node; workshop : builds terrains from surveys
     waiting : the queue of surveys; flyer : the thread that flies rocks; listener : receives reports
-    store : keeps the terrain on disk, None for no store; now : returns the present time (ns) by the node's clock
+    store : keeps the terrain on disk, None for no store; now : returns the current time (ns) by the node's clock
     in_use : the whole survey in use at the start; replaced : digests of meshes that were in use before this survey
     """
 
@@ -174,8 +176,10 @@ class Builder:
         Raises
         ------
         MessageRefused
-            The mesh was in use before the present survey, or the cloud is older than the last cloud that was in use, or
-            has its stamp but other content.
+            The mesh was in use before the current survey. Or the cloud is older than the last cloud that was in use, or
+            has the stamp of this cloud but other content. Or the message cannot be converted.
+        InputError
+            The survey is not a terrain, or the scene cannot be prepared over this terrain.
         """
         self._follow_clock()
         standing, in_use = self._flyer.standing, self._in_use
@@ -214,7 +218,8 @@ class Builder:
     def _patched(self, arrival: Arrival) -> Built:
         """Build a patch into the terrain in use, and return the new terrain with the patch.
 
-        Raises MessageRefused if the patch is not a point cloud, or if the terrain with the patch cannot be used.
+        Raises MessageRefused if the patch cannot be converted or is not a point cloud, or if the terrain with the patch
+        cannot be used. Raises InputError if there is no terrain, TerrainError if the workshop refuses the patch.
         """
         patch = arrival.convert()
         if not isinstance(patch, CloudSurvey | GridSurvey):

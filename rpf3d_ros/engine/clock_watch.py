@@ -13,7 +13,7 @@ class ClockWatch:
         self._last: tuple[int, float] | None = None
 
     def stands(self, now_ns: int, steady_s: float) -> bool:
-        """True if the node's clock has stood still for longer than `patience_s`.
+        """Return True if the node's clock has not changed for longer than `patience_s`; call this regularly.
 
         now_ns : time of the node's clock (ns), 0 before it runs: the result is then False
         steady_s : time of a steady clock (s)

@@ -66,6 +66,7 @@ class StationConfiguration:
     log_fault : why the log cannot be opened, or problems found in the log; "" without problems
     compile_s : wall time of compiling (s)
     before : which patches the terrain from the store contains or lacks
+    parameters, scene : parameters of the node, and the live scene
     """
 
     parameters: SimulatorParameters
@@ -200,8 +201,8 @@ def _check_places(scene: Scene) -> None:
 def _check_areas(scene: Scene, thresholds: Thresholds) -> None:
     """Raise InputError if the site names an area (not a pattern) that neither the scene nor a topic defines.
 
-    Also if a pattern matches no area, but would match one if upper and lower case were equal; an area whose full name
-    has limits is left out.
+    Raise InputError as well if a pattern of the site matches no area, but would match an area if upper and lower case
+    were equal. Areas whose full names have limits are not considered for such a match.
     """
     outlined = [area.name for area in scene.areas_of_interest]
     for name in thresholds.named_in_full:
@@ -296,7 +297,7 @@ def _restored(
     or was stored with other parameters, the terrain is None and the sentence gives the reason. The simulator then
     starts without a terrain.
 
-    now_ns : present time (ns)
+    now_ns : current time (ns)
     """
     before = TerrainBefore(read_ns=time.time_ns())
     if store is None:
@@ -336,7 +337,8 @@ def _check_origin(last: StoredSurveys, map_origin: tuple[float, float, float]) -
 def _check_longest_edge(last: StoredSurveys, longest_edge: float) -> None:
     """Raise InputError if the stored terrain may have longer sides of triangles than the node allows.
 
-    A terrain that was stored whole after patches is a mesh, so its triangles are not made again.
+    Only a terrain that was stored whole after patches is checked: it is stored as a mesh, so its triangles are not made
+    again with the current limit.
 
     longest_edge : (m) the node's parameter; with 0, the limit follows from the points
     """

@@ -39,7 +39,10 @@ class DecisionReports:
         self._outlets = self._outlets.silenced()
 
     def decided(self, alert: Alert, evidence: Evidence | None) -> None:
-        """Publish an alert; if the level has changed, also print it to the node's ROS log."""
+        """Publish an alert; if the level has changed, also print it to the node's ROS log.
+
+        After `end_with_alarm`, do nothing until `resume` is called.
+        """
         if self._is_silent:
             return
         is_published = self._outlets.alerts.publish(alert, evidence, self._map_frame)
@@ -57,7 +60,7 @@ class DecisionReports:
             self._outlets.alerts.sound_alarm()
 
     def unwritten(self) -> None:
-        """Report that a decision waits for the disk, and sound the alarm, because the decision is not published yet."""
+        """Report that a decision waits, probably for the disk, and sound the alarm, because it is not published yet."""
         why = f"the disk does not respond: a decision has waited for {LONGEST_WRITE:g} s and is not published yet"
         self._outlets.health.set("decision log", ERROR, why)
         self._outlets.alerts.sound_alarm()
@@ -68,7 +71,7 @@ class DecisionReports:
         self._outlets.health.set("run", ERROR, f"no decision: {type(error).__name__}: {error}")
 
     def logged(self, fault: str) -> None:
-        """Report why the last decision is not on disk; fault : the reason, "" if the decision is on disk."""
+        """Report why the last decision, or refused acknowledgement, is not on disk; fault : reason, "" if on disk."""
         self._not_logged, self._missing = fault, self._missing or bool(fault)
         self._report_log()
 

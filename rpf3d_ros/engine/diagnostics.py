@@ -40,7 +40,7 @@ def report_store(health: HealthReport, store: Store, has_terrain: bool) -> None:
 def report_ground(health: HealthReport, ground: LiveTerrain, what: str, holes: int, now_ns: int) -> None:
     """Report which terrain is in use, its age and its digest; points that are missing inside patches are a warning.
 
-    ground, what, holes : as in `TerrainListener.stands`; now_ns : present time (ns)
+    ground, what, holes : as in `TerrainListener.stands`; now_ns : current time (ns)
     """
     values = {
         "triangles": str(len(ground.terrain.triangles)), "digest": ground.digest,

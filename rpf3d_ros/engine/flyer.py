@@ -32,7 +32,7 @@ class FlightListener(Protocol):
     """Receives answers and reports from the thread that flies rocks."""
 
     def answered(self, answer: Answer) -> None:
-        """Publish an answer, and return only after the answer is published."""
+        """Publish an answer; return only when the next rocks may fly."""
 
     def unanswerable(self, trigger: Trigger, why: str) -> None:
         """Report why the sources of a message get no answer."""
@@ -48,8 +48,8 @@ class FlightListener(Protocol):
 class Handover:
     """A request to the flying thread to change the terrain; `done` is set when the change is made or refused.
 
-    ready : the new prepared terrain; None if `change` changes the present terrain
-    change : changes the present terrain; None if `ready` replaces the present terrain
+    ready : the new prepared terrain; None if `change` changes the current terrain
+    change : changes the current terrain; None if `ready` replaces the current terrain
     error : the exception that refused the change, None if the change was made
     standing : the prepared terrain after the change
     """
@@ -65,6 +65,8 @@ class Flyer:
     """Simulates rocks on a separate thread to answer triggers (the sources of one message each).
 
     `AnswerSchedule` gives the order of the answers.
+
+    standing : (attribute) the prepared terrain in use; None if there is none
     """
 
     def __init__(
@@ -132,7 +134,7 @@ class Flyer:
 
     @property
     def outlines(self) -> dict[str, str]:
-        """The digest of the present outline of each area of interest, by name: areas of the scene, then live areas.
+        """The digest of the current outline of each area of interest, by name: areas of the scene, then live areas.
 
         Without terrain, only the live areas.
         """

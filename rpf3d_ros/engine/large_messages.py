@@ -163,11 +163,11 @@ class LargeMessages:
     """Subscriptions to large messages, which are passed on as CDR bytes (memoryview) on a separate thread.
 
     The messages are in the order of publication (`InOrder`). If the functions of rcl are missing, the executor passes
-    the messages on as `bytes`, in the order of arrival.
+    the messages on as `bytes`, in the order of arrival, and lost messages are not noticed.
 
     topics : the topics to subscribe to; events : callbacks of rclpy for events of the subscriptions, None for none
-    failed : called with a sentence and the present time (ns since the epoch) if rcl cannot take messages, and with ""
-        and the present time at the first check without errors
+    failed : called with a sentence and the current time (ns since the epoch) if rcl cannot take messages, and with ""
+        and the current time at the first check without errors
     refused : called with the topic, the time of publication (ns) and the error for each message whose callback raises
     """
 
@@ -288,7 +288,7 @@ class _Arrivals:
             os.eventfd_read(self._descriptor)
 
     def wake(self) -> None:
-        """End the present or the next call of `wait`."""
+        """End the current or the next call of `wait`."""
         os.eventfd_write(self._descriptor, 1)
 
     def close(self) -> None:

@@ -37,7 +37,7 @@ class _FirstMessage(NamedTuple):
 
 
 class MessageGaps:
-    """Finds gaps in the numbers of the messages of one topic. Only one thread may call."""
+    """Finds gaps in the numbers of the messages of one topic, that is lost messages. Only one thread may call."""
 
     def __init__(self, depth: int) -> None:
         """Begin without messages.
@@ -58,7 +58,7 @@ class MessageGaps:
         message if the queue was full when the first message was read. This is known only after the rest of the queue
         has been read.
 
-        now_ns : present time (ns since the epoch), by the clock of `received_ns`
+        now_ns : current time (ns since the epoch), by the clock of `received_ns`
         publishers : returns how many publishers may have sent the message, if they cannot be distinguished
         """
         if message.number is None:
@@ -78,8 +78,7 @@ class MessageGaps:
         loss would remain unnoticed.
 
         Too many messages may count as lost in two cases: if a publisher ends before its last messages are read, while
-        another publisher publishes; and if the node begins to subscribe while there are several
-        publishers.
+        another publisher publishes; and if the node begins to subscribe while there are several publishers.
 
         publisher : identity of the publisher; number : of the message; publishers : as in `lost_before`
         """

@@ -1,4 +1,4 @@
-"""Judge the publishers of each topic, and report faults of three kinds.
+"""Judge the publishers of each topic, and find faults of three kinds.
 
 - The messages of a publisher with the wrong quality of service or type are never received, and the middleware reports
   this only in the log.
@@ -56,7 +56,7 @@ class PublisherFinding(NamedTuple):
 
 
 class PublisherWatch:
-    """Judges the publishers of all watched topics from time to time.
+    """Finds publishers whose messages cannot be received, and topics with several publishers or none.
 
     overlap_s : time (s) for which two publishers of a topic are only a warning, because a killed publisher stays
         visible for some time. The time begins when the second-oldest visible publisher was first seen, so a program
@@ -68,7 +68,7 @@ class PublisherWatch:
         self._first_seen: dict[tuple[str, str, Hashable], float] = {}
 
     def findings(self, seen: Mapping[str, Sequence[SeenPublisher]], at: float) -> list[PublisherFinding]:
-        """Return the present faults of the publishers, and warnings about them.
+        """Return the current faults of the publishers, and warnings about them.
 
         seen : the publishers of each watched topic, by the topic's name; at : time of a steady clock (s)
         """

@@ -45,7 +45,7 @@ class StampGuards:
     def check(self, topic: str, stamp_ns: int, now_ns: int) -> None:
         """Raise MessageRefused if a stamp (ns) is negative, older than the topic's last, or too far from the clock.
 
-        now_ns : present time (ns); 0 if the clock does not run yet, so that no stamp counts as ahead or behind
+        now_ns : current time (ns); 0 if the clock does not run yet, so that no stamp counts as ahead or behind
         """
         if stamp_ns < 0:
             raise MessageRefused(f"its stamp is negative, {stamp_ns / SECOND:.3f} s: set the stamp of its header")
@@ -74,7 +74,7 @@ class StampGuards:
             self._last[topic] = max(stamp_ns, self._last.get(topic, stamp_ns))
 
     def clock_went_back(self, now_ns: int) -> None:
-        """Lower all stamps in the future to the present time (ns), because the clock went back.
+        """Lower all stamps in the future to the current time (ns), because the clock went back.
 
         So messages with stamps from after the step are accepted, and older messages are still refused.
         """

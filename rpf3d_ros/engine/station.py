@@ -49,7 +49,7 @@ Sources need no stamps: their age has a limit.
 """
 
 ANSWER_WITHIN = 0.04
-"""Time (s) that `~/acknowledge` waits until its decision is logged: no callback may take longer than 50 ms."""
+"""Longest time (s) that `~/acknowledge` waits until its decision is logged: no callback may take longer than 50 ms."""
 
 REMEMBERED = 4
 """Factor: the last triggers of at most REMEMBERED * `waiting_sources` regions are kept, to be answered again."""
@@ -327,7 +327,7 @@ class Station:
             self._demand_anew()
 
     def beat(self) -> None:
-        """Do regular work: renew a decision that ends soon, repeat the alert, free old patches, report the queues."""
+        """Renew a decision that ends soon, repeat the alert, free old patches, report states; call this regularly."""
         if self.desk is not None:
             self.desk.tick()
             self._outlets.alerts.beat()
@@ -340,9 +340,9 @@ class Station:
     def acknowledged(self, acknowledged_by: str, client: str = "") -> tuple[bool, str]:
         """Acknowledge the alert; return True and a sentence with the new level, or False and why the level stays.
 
-        If the decision is not in the log within ANSWER_WITHIN, return False and TAKEN_UP. An acknowledgement that ends
-        the fault of a refused message has no other effect, because the person has seen a fault, not the level that
-        follows.
+        If the decision is not in the log within ANSWER_WITHIN, return False and TAKEN_UP. The acknowledgement may also
+        end faults of refused messages, of places that are no longer reported, and of topics from before the start. It
+        then does not lower the level, because the person has seen a fault, not the level that follows.
 
         acknowledged_by : "NAME: REASON"; client : the nodes that may have called, for the log
         """
@@ -404,7 +404,7 @@ class Station:
             self.desk.watch(lambda: self.flyer.outlines, lambda: self.flyer.terrain_digest)
 
     def input_lost(self, topic: str, at_ns: int) -> None:
-        """Report a fault because messages of sources were lost before they could be read; at_ns : present time (ns)."""
+        """Report a fault because messages of sources were lost before they could be read; at_ns : current time (ns)."""
         if self.desk is not None:
             self.desk.miss(topic, at_ns)
 

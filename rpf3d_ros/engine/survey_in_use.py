@@ -78,9 +78,10 @@ class SurveyInUse(NamedTuple):
     cloud_digest: str = ""
 
     def is_older(self, arrival: Arrival, digest: str) -> bool:
-        """True if a message is an outdated cloud: older than the last cloud in use, or this cloud after replacement.
+        """True if a message is an outdated cloud: older than the last cloud in use, or this cloud again.
 
-        The survey in use may be a mesh that has replaced the last cloud. The result is False for a mesh.
+        The last cloud itself is outdated only after another survey, such as a mesh, has replaced it. The result is
+        False if the message is a mesh.
 
         digest : SHA-256 (hex) of the survey in the message
         """
@@ -92,7 +93,7 @@ class SurveyInUse(NamedTuple):
     def contradicts(self, arrival: Arrival, digest: str) -> bool:
         """True if a message is a cloud with the stamp of the last cloud in use, but with other content.
 
-        Then it is not known which of the two shows the present ground.
+        It is then unknown which of the two clouds shows the current ground.
 
         digest : SHA-256 (hex) of the survey in the message
         """
@@ -118,9 +119,11 @@ class SurveyInUse(NamedTuple):
         )  # fmt: skip
 
     def after_clock_went_back(self, now_ns: int) -> "SurveyInUse":
-        """Return the survey in use after the clock went back to `now_ns` (ns): clouds with later stamps may be used.
+        """Return this record after the clock went back: clouds with stamps from `now_ns` on can then be used.
 
-        Clouds with earlier stamps are still too old.
+        A cloud that is older than both `now_ns` and the last cloud in use is still too old.
+
+        now_ns : time (ns) to which the clock went back
         """
         if self.cloud_ns <= now_ns:
             return self
@@ -161,9 +164,9 @@ def patches_in(ground: LiveTerrain) -> int:
 
 
 def survey_in_use(ground: LiveTerrain | None, memory: Mapping[str, Any]) -> SurveyInUse:
-    """Return the whole survey that is in use when the node starts.
+    """Return the whole survey that is in use when the node starts, or was in use before the start.
 
-    ground : the restored terrain, None if there is none
+    ground : the restored terrain; None if there is none: then the result is made from `memory` only
     memory : the facts that `terrain_to_remember` and the builder saved before the start
     """
     before = SurveyInUse(

@@ -11,7 +11,7 @@ from rpf3d_ros.alerts.source_topics import BY_HAND
 
 
 class WaitingSources:
-    """Waiting triggers (the sources of one message each); a new trigger replaces those whose regions lie in its region.
+    """Waiting triggers (the sources of one message each); a new trigger replaces triggers whose regions it contains.
 
     After a flood of messages about one wall, only the newest message is answered; triggers of other walls stay.
     """
@@ -20,7 +20,8 @@ class WaitingSources:
         """Begin with an empty queue.
 
         region_size : side of the square regions (m); most : largest number of triggers that may wait
-        are_whole : True if each trigger of a sensor has all sources of its topic, so that it replaces all earlier ones
+        are_whole : True if each trigger of a sensor has all sources of its topic, so that it replaces all earlier
+            triggers of the topic
         """
         self._size, self._most, self._are_whole = region_size, most, are_whole
         self._waiting: dict[Region, Trigger] = {}

@@ -24,11 +24,11 @@ NO_REASON = "no reason is given"
 """Text in place of an empty reason of a refusal, because an empty sentence would not be a fault."""
 
 REMEMBERED = 10_000
-"""Number of patches, and of replaced whole surveys, whose times of publication are remembered."""
+"""Largest number of patches, and of replaced whole surveys, whose times of publication are remembered."""
 
 
 class QueueFull(MessageRefused):
-    """A patch is refused, because too many patches wait; the patch is already counted as missing."""
+    """Raised if a patch is refused because too many patches wait; the patch is already counted as missing."""
 
 
 class Moment(NamedTuple):
@@ -261,9 +261,10 @@ class WaitingTerrain(Generic[M]):
             return "patch", newest.patches.pop(0)
 
     def accepted(self) -> None:
-        """Note that the last taken whole survey is now the terrain; all earlier surveys are dropped.
+        """Note that the last taken whole survey is now the terrain; drop the surveys that were queued before it.
 
-        An earlier survey with the same stamp is taken next, because it may contradict the survey that is now in use.
+        Earlier surveys with the same stamp stay in the queue and are built next, because they may contradict the survey
+        that is now in use.
         """
         with self._changed:
             tried = self._tried
@@ -340,7 +341,7 @@ class WaitingTerrain(Generic[M]):
             self._kept.clear()
 
     def clock_went_back(self, now_ns: int) -> None:
-        """Lower all stamps of patches and refused surveys to the present time (ns), because the clock went back.
+        """Lower all stamps of patches and refused surveys to the current time (ns), because the clock went back.
 
         So a whole survey that was measured after the step has these patches, and an older survey still lacks them.
         """

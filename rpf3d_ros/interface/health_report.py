@@ -54,7 +54,8 @@ class HealthReport:
         """Set the state of a part of the node, for example "terrain".
 
         A changed level or sentence is published immediately, or within PERIOD (s) if the last publication was less
-        than SPACING (s) ago. The state is logged if it is not OK, and when it is OK again.
+        than SPACING (s) ago. The state is also written to the ROS log if it is not OK, and when it is OK again; a state
+        that was reported in the last QUIET (s) is not logged again.
 
         level : OK, WARN, ERROR or STALE; message : a sentence; values : further figures, by name
         """
@@ -76,7 +77,7 @@ class HealthReport:
             self._parts = {part: health for part, health in self._parts.items() if part not in parts}
 
     def publish(self) -> None:
-        """Publish the state of every part."""
+        """Publish the states of all parts, unless the report is closed."""
         with self._lock:
             self._publish()
 

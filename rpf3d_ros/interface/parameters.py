@@ -56,7 +56,7 @@ def parameter(
 
 @dataclass(frozen=True)
 class FrameParameters:
-    """The frames of messages."""
+    """Parameters that name the frames of messages, and the origin of the map frame."""
 
     map_frame: str = parameter("map", "frame of every output, and of inputs in local coordinates")
     survey_frame: str = parameter("", "frame of inputs in survey coordinates, shifted by map_origin; empty: none")

@@ -18,9 +18,9 @@ class SimulatedClock:
     """Publishes the simulated time on /clock from a separate thread; a context manager."""
 
     def __init__(self, node: Node, begin_ns: int, speed: float = 1.0) -> None:
-        """Set the clock, which runs from now on; it publishes regularly inside the `with` statement.
+        """Set the clock, which runs from now on; inside the `with` statement, its time is published regularly.
 
-        begin_ns : present time of the clock (ns)
+        begin_ns : current time of the clock (ns)
         speed : seconds of the clock per second of wall-clock time
         """
         self._publisher = node.create_publisher(Clock, "/clock", 10)
@@ -30,12 +30,12 @@ class SimulatedClock:
         self._thread = threading.Thread(target=self._run, name="simulated clock", daemon=True)
 
     def now_ns(self) -> int:
-        """Return the present simulated time (ns)."""
+        """Return the current simulated time (ns)."""
         with self._lock:
             return self._now_ns()
 
     def now(self) -> Time:
-        """Return the present simulated time as a stamp."""
+        """Return the current simulated time as a stamp."""
         return stamp_of(self.now_ns())
 
     def jump(self, seconds: float) -> None:

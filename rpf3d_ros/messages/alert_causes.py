@@ -10,7 +10,7 @@ from rpf3d_core.alerts.levels import Alert, AreaAlert, Level, Since
 from rpf3d_core.alerts.origins import Origin
 
 NOTHING, SOURCES, FAULT, NOT_KNOWN = "nothing", "sources", "fault", "unknown"
-"""Causes of a level: no limit is reached, a known cluster of sources, a fault, or a cluster that is not known."""
+"""Causes of a level: nothing (the level is normal), a known cluster of sources, a fault, or an unknown cluster."""
 
 
 def causes_of_site(alert: Alert) -> dict[str, str]:
@@ -73,9 +73,11 @@ def _origin_values(origin: Origin | None) -> Mapping[str, str]:
 
 
 def _terrain_values(alert: Alert, cause: str, origin: Origin | None) -> Mapping[str, str]:
-    """Return digest and stamp of the terrain on which the level is based, as values.
+    """Return digest and stamp (ns) of the terrain on which the level is based, as texts; "" if they are not known.
 
-    This is the terrain of the cluster that caused the level, or else of the newest answer; "" if it is not known.
+    If a cluster of sources caused the level, both are of the terrain that its rocks flew over. If the cause is a fault
+    or nothing, the digest is that of the newest answer, and the stamp is the oldest of all answers. If the cluster is
+    unknown, both are "".
     """
     digest, stamp_ns = alert.terrain_digest, alert.terrain_stamp_ns
     if origin is not None:

@@ -10,7 +10,7 @@ from rpf3d_ros.messages.health import Health, healths_of
 from rpf3d_ros.messages.refusals import MessageRefused
 
 LEVELS = ("normal", "watch", "restrict", "evacuate", "fault")
-"""The alert levels, from the lowest to the highest; the number of a level is its index."""
+"""The words of the alert levels; the number of a level is its index. `fault` is last, but `evacuate` is more severe."""
 
 
 if TYPE_CHECKING:

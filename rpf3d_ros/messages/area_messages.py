@@ -21,14 +21,14 @@ A hand-drawn haul road has dozens of corners, and a mine has a few hundred machi
 
 
 def rings_of_polygon(polygon: PolygonStamped, frame: MapFrame) -> list[FloatArray]:
-    """Return the outline of a live area of interest from a polygon message: rings (P, 2) m, in plan, map frame.
+    """Return the outline of a live area of interest from a polygon message: rings of P points (P, 2) m, map frame.
 
     A polygon without corners deletes the area: the result is then empty.
 
-    Raises MessageRefused for a foreign frame, for corners that are not finite, are too many or form no polygon, and for
-    an area that is too small (`live.areas.too_small`). Also refused are float32 coordinates beyond `FARTHEST`, because
-    they have lost centimetres, and corners of equal height in a tilted frame: an outline without heights has no place
-    in plan there.
+    Raises MessageRefused in the cases of `MapFrame.points`, for corners that are not finite, are too many or form no
+    polygon, and for an area that is too small (`live.areas.too_small`). Also refused are received x, y beyond
+    `FARTHEST`, because float32 has lost centimetres there, and corners of equal height in a tilted frame: their heights
+    are probably missing, and without heights the places in plan are unknown.
     """
     frame.check(polygon.header.frame_id)
     corners = polygon.polygon.points
@@ -59,10 +59,11 @@ def rings_of_polygon(polygon: PolygonStamped, frame: MapFrame) -> list[FloatArra
 
 
 def rings_of_equipment(poses: PoseArray, frame: MapFrame, radius: float) -> list[FloatArray]:
-    """Return the outlines of the area within a radius (m) of poses of equipment: rings (P, 2) m, in plan, map frame.
+    """Return the outlines of the area within a radius (m) of the poses of machines: rings (P, 2) m, in plan, map frame.
 
     Overlapping circles are joined. The list is empty if the message has no poses.
-    Raises MessageRefused for a foreign frame, and for poses that are not finite or too many.
+
+    Raises MessageRefused in the cases of `MapFrame.points`, and for poses that are not finite or too many.
     """
     frame.check(poses.header.frame_id)
     _check_number(len(poses.poses), MOST_EQUIPMENT, "poses")

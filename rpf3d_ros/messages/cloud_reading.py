@@ -79,9 +79,9 @@ def positions_of_cloud(cloud: "PointCloud2") -> FloatArray:
 def check_sizes(cloud: "PointCloud2") -> None:
     """Check the sizes that a cloud states for itself, without reading its points.
 
-    Raises MessageRefused for a cloud without points, for a `row_step` that is too short for the points of a row, for
-    data shorter than the announced sizes, and for data with room for a further point: the publisher may have announced
-    too few points, and the rest would be lost silently.
+    Raises MessageRefused for a cloud without points, for several rows with a `row_step` that is too short for their
+    points, for data shorter than the announced sizes, and for data with room for a further point: the publisher may
+    have announced too few points, and the rest would be lost silently.
     """
     if cloud.width * cloud.height == 0 or cloud.point_step == 0:
         raise MessageRefused("the cloud holds no points; width, height and point_step must be at least 1")

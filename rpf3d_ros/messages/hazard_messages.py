@@ -25,6 +25,8 @@ def occupancy_grid(header: Header, maps: HazardMaps, cells: TerrainCells, frame:
     Rows go northwards, and the cells of a row eastwards, from the south-west corner of the raster. The grid
     lies at the height of the lowest ground, so that it hides nothing.
 
+    header : frame and stamp of the message; maps : the hazard maps of the result
+    cells : which cells of the maps lie over ground, and the height of the ground
     frame : the terrain's local frame, z up
     made : time when the result was made
     """
@@ -40,7 +42,7 @@ def occupancy_grid(header: Header, maps: HazardMaps, cells: TerrainCells, frame:
 
 
 def percentages(maps: HazardMaps, cells: TerrainCells) -> NDArray[np.int8]:
-    """Return the reach probability of all map cells (C,) in percent for the grid message; `UNKNOWN` without ground.
+    """Return the reach probability of all C map cells, (C,) %, for the grid message; `UNKNOWN` without ground.
 
     A cell that at least one rock reached has at least `LEAST_REACHED`, however low its probability.
     """
@@ -70,7 +72,7 @@ def hazard_points(header: Header, maps: HazardMaps, cells: TerrainCells, frame: 
 
 
 def _middles(maps: HazardMaps, cells: TerrainCells, frame: Frame) -> FloatArray:
-    """Return the centres (S, 3) m of the map cells that rocks reached, on the ground, map frame."""
+    """Return the centres (S, 3) m of the S map cells that rocks reached, on the ground, map frame."""
     raster, cell = maps.raster, maps.cells.cell
     row, column = np.divmod(cell, raster.nx)
     x, y = raster.x + (column + 0.5) * raster.cell, raster.y + (row + 0.5) * raster.cell

@@ -2,7 +2,8 @@
 
 Survey coordinates are large: a float32 step is 0.03 m at 5e5 m and 0.5 m at 4.5e6 m. Messages therefore contain
 coordinates relative to `origin`. A message in the survey frame is shifted in float64 on arrival. A message in another
-frame is refused, unless `MapFrame.other` is its transform into the map frame.
+frame needs a transform into the map frame (`MapFrame.other`). Without this transform, the frame is foreign, and the
+message is refused.
 """
 
 from collections.abc import Sequence
@@ -22,7 +23,9 @@ UNIT_TOLERANCE = 1.0e-3
 
 
 LEVEL = 1.0 - 1.0e-4
-"""A frame is not tilted if the vertical component (-) of its z axis, up or down, is at least LEVEL: within 0.8 degrees.
+"""Least vertical component (-) of the z axis of a frame that is not tilted: the axis is vertical within 0.8 degrees.
+
+The sign of the component does not matter: the axis may point up or down.
 """
 
 
@@ -52,7 +55,7 @@ class MapFrame:
     name : name of the map frame
     survey : name of the frame of survey coordinates; "" if messages never use it
     origin : (3,) m, survey coordinates (east, north, height) of the map frame's origin
-    other : the transform of one other frame, at the time of one message; None if there is none
+    other : the transform of one other frame into the map frame, at the time of one message; None if there is none
     """
 
     name: str = "map"
@@ -63,7 +66,7 @@ class MapFrame:
     def points(self, points: FloatArray, frame_id: str) -> FloatArray:
         """Return the points (..., 3) m of a message, converted from frame_id to the map frame; NaN stays NaN.
 
-        Raises MessageRefused for a foreign frame, and for a coordinate in the map frame beyond +/- `FARTHEST`.
+        Raises MessageRefused for a foreign frame (`check`), and for a coordinate beyond `FARTHEST` in the map frame.
         """
         self.check(frame_id)
         moved = points
@@ -104,7 +107,7 @@ class MapFrame:
         return bool(abs(self.other.rotation[2, 2]) < LEVEL)
 
     def check(self, frame_id: str) -> None:
-        """Raise MessageRefused unless a frame is the map frame, the survey frame or the frame of `other`.
+        """Raise MessageRefused if a frame is foreign: not the map frame, the survey frame or the frame of `other`.
 
         frame_id : name of the frame; an empty name is refused, too
         """
@@ -118,8 +121,10 @@ class MapFrame:
 def rigid_transform(source: str, quaternion: Sequence[float], translation: Sequence[float]) -> RigidTransform:
     """Return the transform from the frame `source` into the map frame: a quaternion x, y, z, w and a translation (m).
 
-    The quaternion is normalised, because a length that is off by 0.001 would move a point at 1 km by 2 m. Raises
-    MessageRefused if a number is not finite, or the quaternion is not a rotation.
+    The quaternion is normalised, because a length that is off by 0.001 would move a point at 1 km by 2 m.
+
+    Raises MessageRefused if a number is not finite, or if the length of the quaternion differs from 1 by more than
+    UNIT_TOLERANCE.
     """
     turn, shift = np.array(quaternion, dtype=np.float64), np.array(translation, dtype=np.float64)
     if not bool(np.isfinite(turn).all() and np.isfinite(shift).all()):

@@ -34,6 +34,7 @@ IDENTITY = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 class Layout(NamedTuple):
     """The fields of a marker that rpf3d sets; all others are zero or empty, and the pose does not move the points.
 
+    namespace, number, text : `ns`, `id` and `text` of the marker
     kind, action : type and action of visualization_msgs/Marker
     scale : sizes x, y, z (m), with the meaning of Marker.msg for this type, such as x for the width of lines
     colour : red, green, blue, opacity, 0 to 1
@@ -72,7 +73,7 @@ def cdr_of_markers(header: Header, markers: Sequence[Layout]) -> bytes:
 def _head(header: Header, namespace: str) -> bytes:
     """Return the bytes of a marker's first fields, up to its namespace.
 
-    They begin and end at a multiple of 4 bytes.
+    The bytes must begin at a multiple of 4 bytes, and end at a multiple of 4 bytes.
     """
     data = bytearray(STAMP.pack(header.stamp.sec, header.stamp.nanosec))
     _append_string(data, header.frame_id)

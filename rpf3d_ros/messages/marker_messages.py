@@ -108,7 +108,8 @@ def zone_markers(header: Header, zones: Iterable[ShownZone], result: int = 0) ->
 def area_markers(header: Header, areas: Mapping[str, Sequence[FloatArray]], result: int = 0) -> bytes:
     """Return the outlines of areas of interest as a marker message (CDR bytes).
 
-    areas : name -> outlines (T, 3) m; the namespace of an area is areas/<name>. The text of each marker is `result N`.
+    areas : name -> outlines, each of T points (T, 3) m; the namespace of an area is areas/<name>
+    result : number of the result, in the text of each marker: `result N`
     """
     scale, text = (AREA_WIDTH, 0.0, 0.0), text_of(result)
     markers = [CLEARING]

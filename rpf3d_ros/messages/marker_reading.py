@@ -42,7 +42,7 @@ class Strip(NamedTuple):
 def strips_of_markers(array: "MarkerArray", frame: MapFrame) -> list[Strip]:
     """Return the trajectories in a marker message, in the map frame: its lines with at least two points.
 
-    Raises MessageRefused for a marker in a foreign frame, for a marker whose pose moves the points, and for points or
+    Raises MessageRefused in the cases of `MapFrame.points`, for a marker whose pose moves the points, and for points or
     colours that are not finite.
     """
     lines = [marker for marker in _shapes(array, LINE_STRIP) if len(marker.points) > 1]

@@ -9,7 +9,7 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_ros.messages.refusals import MessageRefused
 
 FRAME = 0.1
-"""Simulated time between two pictures of the moving rocks (s): a rock at 30 m/s moves by a few diameters."""
+"""Time (s) between two pictures of the moving rocks; in this time a rock at 30 m/s moves by a few diameters."""
 
 MOST_FRAMES = 1200
 """Largest number of pictures of an answer, two minutes of motion; longer motion is cut off."""
@@ -19,9 +19,9 @@ MOST_ROCKS = 200
 
 
 class RockPositions(NamedTuple):
-    """Positions of rocks at equally spaced times.
+    """Positions of R rocks at K equally spaced times.
 
-    times : (K,) s after release, equally spaced
+    times : (K,) s after release
     positions : (K, R, 3) m; after the end of its path a rock stays at its last position
     """
 

@@ -39,7 +39,8 @@ def check_names(names: Collection[str]) -> None:
 
     In the names, only letters and digits are compared, without regard to case. A field that looks like a velocity is
     allowed if the cloud has a field `vx`, `vy` or `vz`. A field that looks like a size is allowed if the cloud has a
-    field `diameter`. A field with a word of UNCERTAINTY in its name is always allowed.
+    field `diameter`. A field `v` is allowed next to a field `u`: both are coordinates in an image. A field with a word
+    of UNCERTAINTY in its name is always allowed.
 
     names : names of the fields of the cloud
     """

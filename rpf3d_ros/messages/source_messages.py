@@ -37,7 +37,7 @@ IDENTITY = (0.0, 0.0, 0.0, 1.0)
 
 @dataclass(frozen=True, eq=False)
 class Sources:
-    """The sources of one message.
+    """The S sources of one message.
 
     header : stamp of the message, and name of the map frame
     positions : (S, 3) m, map frame
@@ -59,8 +59,9 @@ class Sources:
 def sources_of_poses(poses: PoseArray, frame: MapFrame, speed: float = 1.0) -> Sources:
     """Return the sources in a pose message: one for each pose, thrown at a speed (m/s) along its x axis.
 
-    A pose without orientation (a quaternion of four zeros) becomes a source at rest. Raises MessageRefused for a
-    foreign frame, too many poses, and a pose that is not finite or not a rotation.
+    A pose without orientation (a quaternion of four zeros) becomes a source at rest.
+
+    Raises MessageRefused in the cases of `placed`, and for more than MOST_SOURCES poses.
     """
     frame.check(poses.header.frame_id)
     _check_number(len(poses.poses))
@@ -89,7 +90,7 @@ def doubt_of_poses(poses: PoseArray, speed: float) -> str:
 def sources_of_point(point: PointStamped, frame: MapFrame) -> Sources:
     """Return the single source at a clicked point; the source starts at rest.
 
-    Raises MessageRefused for a foreign frame and for a point that is not finite.
+    Raises MessageRefused in the cases of `MapFrame.points`, and for a point that is not finite.
     """
     frame.check(point.header.frame_id)
     position = np.array([[point.point.x, point.point.y, point.point.z]])
@@ -104,8 +105,8 @@ def sources_of_cloud(cloud: PointCloud2, frame: MapFrame) -> Sources:
     Without vx, vy, vz all sources are at rest. A NaN in diameter means that the diameter is unknown. A cloud without
     points gives no sources.
 
-    Raises MessageRefused in the cases of `positions_of_cloud`, `columns_of_cloud` and `check_names`. Also refused are a
-    cloud in a foreign frame, too many points, a point with a NaN in x, y or z, a cloud that states 0 points but
+    Raises MessageRefused in the cases of `positions_of_cloud`, `columns_of_cloud`, `check_names` and `MapFrame.points`.
+    Also refused are more than MOST_SOURCES points, a point with a NaN in x, y or z, a cloud that states 0 points but
     contains data, rows with room for further points (they may be sources that the publisher forgot to announce), and an
     impossible diameter or velocity.
     """
@@ -188,7 +189,9 @@ def _sources(
 
 
 def _check_no_data(cloud: PointCloud2) -> None:
-    """Refuse a cloud that states 0 points, but has data or states their size: it does not prove that no rock is moving.
+    """Refuse a cloud of 0 points that has data, a width or a `row_step`: its points may have been lost.
+
+    Such a cloud does not prove that no rock is moving.
     """
     if len(cloud.data):
         raise MessageRefused(

@@ -18,8 +18,10 @@ if TYPE_CHECKING:
 def placed(poses: "PoseArray", frame: MapFrame) -> tuple[FloatArray, FloatArray]:
     """Return the positions (R, 3) m and the directions (R, 3) of the poses in a message, map frame.
 
-    A direction is the x axis of a pose; it is zero without orientation. R may be 0. Raises MessageRefused for a foreign
-    frame and for a pose that is not finite or not a rotation.
+    A direction is the x axis of a pose; it is zero for a quaternion of four zeros, which means "no direction". R is the
+    number of poses, and may be 0.
+
+    Raises MessageRefused in the cases of `MapFrame.points`, and for a pose that is not finite or not a rotation.
     """
     frame.check(poses.header.frame_id)
     at = positions_of(poses)

@@ -28,10 +28,9 @@ def seconds_text(ns: int) -> str:
 
 
 def nanoseconds_of_text(text: str) -> int | None:
-    """Return the time (ns) in a text of seconds with nine decimals, such as `seconds_text` returns; else None.
+    """Read a text that `seconds_text` has written, and return the time (ns); return None for any other text.
 
-    The result is also None if more than 10 digits precede the point (a time after the year 2286), although
-    `seconds_text` returns such a text.
+    A time after the year 2286 also gives None, because more than 10 digits precede the point.
     """
     whole, point, decimals = text.removeprefix("-").partition(".")
     if not (whole.isascii() and whole.isdigit() and point and decimals.isascii() and decimals.isdigit()):

@@ -26,7 +26,7 @@ def ground_mesh(survey: Survey) -> MeshSurvey:
 
 
 def grid_mesh(points: FloatArray) -> MeshSurvey:
-    """Return the mesh over points in rows, (H, W, 3) m, with NaN for a hole.
+    """Return the mesh over points in H rows and W columns, (H, W, 3) m; a point with a NaN is a hole.
 
     Four neighbouring points form a square of two triangles. All squares are cut along the same diagonal, as the squares
     of an elevation grid (`terrain.grid_triangles`). A square with a hole at a corner is a hole. Raises TerrainError if

@@ -51,8 +51,8 @@ def survey_of_cloud(cloud: "PointCloud2", frame: MapFrame, most: int = MOST_POIN
 
     most : largest number of points
 
-    Raises MessageRefused in the cases of `check_cloud` and `positions_of_cloud`, if a grid has only NaN points, and if
-    fewer than `FEWEST_POINTS` scattered points remain.
+    Raises MessageRefused in the cases of `check_cloud`, `positions_of_cloud` and `MapFrame.points`, if a grid has only
+    NaN points, and if fewer than `FEWEST_POINTS` scattered points remain.
     """
     check_cloud(cloud, frame, most)
     if cloud.height > 1 and cloud.width > 1:
@@ -89,10 +89,10 @@ def mesh_of_cdr(data: Buffer, frame: MapFrame, frame_id: str, most: int = MOST_P
 
     frame_id : frame of the mesh in the message, from a parameter, because a Mesh has no header
 
-    Raises MessageRefused for another encapsulation, for lengths that do not fit the buffer, for a mesh without
-    triangles or vertices, for more than `most` vertices or twice as many triangles, for indices beyond the vertices,
-    for vertices that are not finite, and in the cases of `MapFrame.points`. No memory is allocated before its length
-    has been checked.
+    Raises MessageRefused for bytes that are not little-endian CDR, for lengths that do not fit the buffer, for a mesh
+    without triangles or vertices, for more than `most` vertices or twice as many triangles, for indices beyond the
+    vertices, for vertices that are not finite, and in the cases of `MapFrame.points`. No memory is allocated before its
+    length has been checked.
     """
     triangles, vertices = _split_mesh(data, most)
     if not bool(np.isfinite(vertices).all()):

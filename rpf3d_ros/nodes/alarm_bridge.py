@@ -49,10 +49,10 @@ def put_newest(reports: "queue.Queue[str]", report: str) -> None:
 
 
 class AlarmBridgeNode(Node):
-    """Receives `alerts` and `alarm`, and keeps the contacts closed while `AlarmState` allows this.
+    """Receives `alerts` and `alarm`, and keeps the contacts closed while all conditions of `AlarmState` hold.
 
-    The contacts are open if an alarm sounds, if the last messages are too old, and while more than one program
-    publishes one of the topics.
+    For example, the contacts are open while an alarm sounds, while the last messages are too old, and while more than
+    one program publishes one of the topics.
     """
 
     def __init__(self) -> None:

@@ -207,7 +207,7 @@ class TcpContact:
         self._wanted.set(is_closed)
 
     def close(self) -> None:
-        """Close all connections and free the port."""
+        """Free the port, and make the threads of the connections end and close them; do not wait for these threads."""
         self._wanted.end()
         with contextlib.suppress(OSError):
             self._server.shutdown(socket.SHUT_RDWR)
@@ -248,7 +248,7 @@ def _line(is_closed: bool, until: float) -> bytes:
 
 
 def _until() -> float:
-    """Return the time (s since the epoch) at which the present state becomes invalid, in whole milliseconds.
+    """Return the time (s since the epoch) at which the current state becomes invalid, in whole milliseconds.
 
     The time is rounded down: a reader who reads at once must not find it more than VALID ahead.
     """

@@ -121,7 +121,7 @@ class Inputs:
         Terrain messages may be lost during the fault. Therefore the terrain counts as out of date when the fault has
         ended, until a later whole survey is used.
 
-        why : error of the middleware, "" as soon as messages can be taken; at_ns : present time (ns since the epoch)
+        why : error of the middleware, "" as soon as messages can be taken; at_ns : current time (ns since the epoch)
         """
         if why:
             self._health.set("terrain", ERROR, why)
@@ -211,11 +211,11 @@ class Inputs:
         self._sources(topic, cloud.header, lambda frame: sources_of_cloud(cloud, frame))
 
     def on_polygon(self, topic: str, polygon: PolygonStamped) -> None:
-        """Set the live area of interest to a polygon."""
+        """Set the live area of interest to a polygon; a polygon without corners deletes the area."""
         self._area(topic, polygon.header, LIVE_AREA, lambda frame: rings_of_polygon(polygon, frame))
 
     def on_equipment(self, topic: str, poses: PoseArray) -> None:
-        """Set the area of interest `equipment` to circles around the places of machines."""
+        """Set the area of interest `equipment` to circles around machines; without poses, the area is deleted."""
         radius = self._parameters.equipment_radius
         self._area(topic, poses.header, EQUIPMENT, lambda frame: rings_of_equipment(poses, frame, radius))
 
@@ -299,7 +299,7 @@ class Inputs:
         self._take(topic, header, take)
 
     def _take(self, topic: str, header: Header, take: Callable[[], None], published_ns: int = 0) -> None:
-        """Process a message with `take`; refuse a stamp that is older than the topic's last stamp, or in the future.
+        """Process a message with `take`, and note its stamp; refuse a message with a wrong stamp (`StampGuards.check`).
 
         published_ns : when a terrain message was published (ns); 0 for other messages
         """

@@ -48,8 +48,8 @@ class _Signals:
 def unless_signalled(work: Callable[[], int]) -> int:
     """Do the work of a program, and return its exit code; after SIGINT or SIGTERM, 128 + the signal's number.
 
-    A second signal does not interrupt the cleaning up. rclpy must not handle signals: after rclpy has shut a context
-    down, the next call in this context fails for no clear reason.
+    A second signal within CLEANING_UP seconds is ignored, so that it does not interrupt the cleaning up. rclpy must not
+    handle signals: after rclpy has shut a context down, the next call in this context fails for no clear reason.
     """
     signals = _Signals()
     with _handled_by(signals):

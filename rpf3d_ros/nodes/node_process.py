@@ -31,7 +31,8 @@ SOURCE_PLACE = re.compile(r",? at /\S+:\d+")
 def run(make_node: "Callable[[], Node]", args: Sequence[str] | None = None) -> int:
     """Run a node until a signal; return 0 after SIGINT or SIGTERM, BAD_INPUT if arguments or parameters are refused.
 
-    With --help, print the usage and return 0.
+    With --help, print the usage and return 0. If a thread of the node could not be ended, do not return, but end the
+    process with exit code 0. Raise any other error of the node.
 
     make_node : returns the node; the first line of its module's docstring is printed for --help
     """

@@ -48,7 +48,9 @@ LEAVING = 1.0
 class RecorderNode(Node):
     """Receives messages as CDR, and records them.
 
-    All entries that a message causes are on disk before the next message is handled.
+    All entries that are due after a message are written to disk before the next message is handled.
+
+    abandoned : (attribute) True if a thread could not be ended, so that only `os._exit` ends the process in time
     """
 
     def __init__(self) -> None:
@@ -109,7 +111,7 @@ class RecorderNode(Node):
             self._count(topic)
 
     def _record(self, reading: Reading) -> bool:
-        """Write the entries of a message; return False if the message was refused or the entries were not written."""
+        """Write the entries of a message to file and viewer; return False if it was refused, or on a write error."""
         try:
             entries = reading.entries()
         except InputError as refusal:
@@ -167,7 +169,7 @@ class RecorderNode(Node):
         self.health.set(RECORDING, ERROR, sentence)
 
     def destroy_node(self) -> None:
-        """Close the recording and its bag, then destroy the node.
+        """Record the waiting messages, close the recording and its bag, then destroy the node.
 
         A file that was not closed must be repaired (`rpf3d recover`) before `rerun rrd verify` accepts it.
         """

@@ -82,7 +82,7 @@ class ScenePublisherNode(Node):
             self.publish_sources()
 
     def publish_sources(self) -> None:
-        """Publish the sources with the present time as stamp."""
+        """Publish the sources with the current time as stamp."""
         header = Header(stamp=self.get_clock().now().to_msg(), frame_id=self.frame.name)
         self.sources.publish(poses_of_sources(header, self.content.positions, self.content.velocities))
         self.repeated += 1

@@ -62,6 +62,9 @@ class SimulatorNode(LifecycleNode):
 
     `configure` reads files and compiles; `activate` subscribes and begins to answer; `deactivate` ends the
     subscriptions and forgets waiting sources; `cleanup` frees the memory.
+
+    broken : (attribute) the error of the last failed transition, "" if there is none
+    abandoned : (attribute) True if a thread could not be ended, so that only `os._exit` ends the process in time
     """
 
     def __init__(self) -> None:
@@ -179,9 +182,9 @@ class SimulatorNode(LifecycleNode):
         self._tick()
 
     def _tick(self) -> None:
-        """Do the station's regular work, and check if the clock went back.
+        """Check the clock and the publishers, and do the station's regular work.
 
-        The clock is checked here, because ROS reports jumps of simulated time only.
+        A clock that went back is noticed here, because ROS reports jumps of simulated time only.
         """
         now = self._notice_jump()
         if self.station is not None and self.inputs is not None:
@@ -201,7 +204,7 @@ class SimulatorNode(LifecycleNode):
             self.health.publish()
 
     def _notice_jump(self) -> int:
-        """Return the present time (ns); if the clock went back since the last call, first forget all sources."""
+        """Return the current time (ns); if the clock went back since the last call, first forget all sources."""
         now = self._now()
         if now < self._ticked:
             self._clock_went_back((self._ticked - now) * 1e-9)
@@ -235,7 +238,10 @@ class SimulatorNode(LifecycleNode):
     def on_acknowledge(
         self, request: TriggerService.Request, response: TriggerService.Response
     ) -> TriggerService.Response:
-        """Acknowledge the alert for the person in `acknowledged_by`, and clear that parameter."""
+        """Acknowledge the alert for the person in the parameter `acknowledged_by`, and clear this parameter.
+
+        The acknowledgement is refused if the node is not active.
+        """
         acknowledged_by = self._named()
         self.set_parameters([Parameter("acknowledged_by", Parameter.Type.STRING, "")])
         if self.station is None or self.inputs is None:

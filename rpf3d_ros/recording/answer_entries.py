@@ -97,7 +97,8 @@ class AnswerEntries:
     def reach(self, cloud: Any) -> Iterator[RecordingEntry]:
         """Yield the entry of a message of hazard/points (the map cells that rocks reached), if its content is new.
 
-        A cloud without points deletes the cells of the last event.
+        Content is new if the positions, the reach probability or the number of rocks of a cell differ from the last
+        recorded message; other fields are not compared. A cloud without points deletes the cells of the last event.
         """
         self._frame.check(cloud.header.frame_id)
         keeps = self._keeps("hazard/points")

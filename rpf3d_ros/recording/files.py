@@ -42,7 +42,7 @@ class Rotation:
 
 
 class Head:
-    """The entries with which every new file of a recording begins: present terrain, patches, sources, areas, alerts.
+    """The entries with which every new file of a recording begins: current terrain, patches, sources, areas, alerts.
 
     In a thinned recording, the last rocks and hazard maps are among them.
     """
@@ -72,7 +72,11 @@ def draw(recording: Recording, entries: Iterable[RecordingEntry]) -> None:
 
 
 class RecordingFiles:
-    """The files of a recording, of which one is open; `write` returns when the entries are on disk."""
+    """The files of a recording, of which one is open; `write` returns when the entries are on disk.
+
+    head : (attribute) the entries with which every new file begins; path : (attribute) the newest file
+    number : (attribute) number of the newest file; lost : (attribute) number of entries that could not be written
+    """
 
     def __init__(
         self,

@@ -26,6 +26,9 @@ class IncidentBag:
     """Writes the bags of a recording: one bag for each file of the recording, or no bags if there is no prefix.
 
     A bag that cannot be written is abandoned; the next file of the recording begins another bag.
+
+    folder : (attribute) folder of the current bag, None before the first bag
+    fault : (attribute) why a bag could not be written, completed or deleted; "" without an error
     """
 
     def __init__(self, prefix: str, sensors: RecordedSensors = DEFAULT_SENSORS) -> None:

@@ -77,7 +77,9 @@ class MessageLog:
         return [self._times.at(self._now(), lambda r: r.about(self._about), "about")]
 
     def received(self, topic: str, read: Read) -> Iterator[Reading]:
-        """Note a received message, and yield the messages to record now; record each before asking for the next.
+        """Note a received message, and yield the messages to record now.
+
+        Call `entries` of each yielded message before asking for the next: a changed alert level lets maps follow.
 
         The yielded messages may include the received message and messages that have waited, or there may be none.
 

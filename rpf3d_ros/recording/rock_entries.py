@@ -45,7 +45,7 @@ class RockEntries:
         """Start with no rocks.
 
         frame : the frame of the messages; times : gives each entry its time and event
-        areas : returns the present outlines; most : number of recorded rocks of an answer, 0: all
+        areas : returns the current outlines; most : number of recorded rocks of an answer, 0: all
         """
         self._frame, self._times, self._areas, self._most = frame, times, areas, most
         self._whole, self._last = AnswerEntries(frame, times), LastContents()
@@ -164,7 +164,8 @@ class RockEntries:
     def _choice(self, points: FloatArray, rock: IntArray) -> IntArray:
         """Return the numbers of the rocks to record: all rocks that reach an area, and evenly spread other rocks.
 
-        The result has as many rocks as `__init__` sets, or more if more rocks reach an area; all rocks if this is 0.
+        The result has at most `most` rocks (parameter of `__init__`), or more if more rocks reach an area. If `most` is
+        0, or if there are no more rocks, the result has all rocks.
 
         points : (N, 3) m; rock : (N,) rock of each point, grouped by rock
         """

@@ -227,5 +227,5 @@ def tallies_of_places(tallies: Tallies) -> Tallies:
 
 
 def _empty(tally: CellTally, cells: int, limit: float = math.inf) -> CellTally:
-    """Return an empty tally of `cells` cells with the settings of `tally`; limit : bytes above which it merges bins."""
+    """Return an empty tally of `cells` cells with the settings of `tally`; limit : bytes above which bins merge."""
     return CellTally(cells, tally.scales, limit, tally.compiled, tally.ways)

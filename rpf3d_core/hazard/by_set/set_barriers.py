@@ -45,7 +45,13 @@ class SetCounts(NamedTuple):
 
 
 class BarrierSets:
-    """The counts at B barriers, for each parameter set: call `begin` before the rocks of a set fly."""
+    """The counts at B barriers, for each parameter set: call `begin` before the rocks of a set fly.
+
+    The object changes the tally of the run, which does the counting: its counts for each source start again, empty and
+    for each set.
+
+    tally : counts at the barriers of the run, empty so far; sets : number of parameter sets
+    """
 
     def __init__(self, tally: BarrierTally, sets: int) -> None:
         self._tally = tally
@@ -97,7 +103,7 @@ def _each(found: SourceArrivals, b: int) -> SetCounts:
 def _bands(counts: SetCounts, rocks: FloatArray) -> list[Bands]:
     """Return the predictive intervals at one barrier for each of N sources.
 
-    rocks : (S, N) number (-) of rocks flown with each set
+    counts : at this barrier; rocks : (S, N) number (-) of rocks flown with each set from each source
     """
     did = {name: counts.first[..., place] for name, place in FIRST.items()} | {"caught": counts.held}
     found = {

@@ -53,7 +53,7 @@ class PlaceTally:
         self._filled: list[list[Filled]] = [[] for _ in range(sets)]
 
     def end(self, number: int) -> None:
-        """Add to set `number` all that the tally has counted since the previous call of `end`, for whatever set."""
+        """Add to set `number` all counts since the previous call of `end`, whatever set that call was for."""
         tally = self.tally
         cells, after = tally.slots.cell[: tally.used], np.zeros_like(self._before)
         for line, kind in enumerate((LINE_ROCKS, LINE_DEPOSITS)):

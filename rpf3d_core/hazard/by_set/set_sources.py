@@ -1,4 +1,4 @@
-"""Counts of each parameter set in zones and areas for each source."""
+"""Counts of rocks in zones and areas, for each parameter set and each source."""
 
 from dataclasses import fields
 from typing import Any, NamedTuple
@@ -33,7 +33,7 @@ class SourceSets(NamedTuple):
 
 
 def _part(counts: PlaceCounts, number: int, sources: int) -> PlaceCounts:
-    """Return the counts in the places of one source; number : of the source; sources : how many there are."""
+    """Return the counts in the places of one source; number : of the source, from 0; sources : number of sources."""
     places = len(counts.energy_sampling) // sources
     some = slice(number * places, (number + 1) * places)
     values = {each.name: getattr(counts, each.name)[:, some] for each in fields(counts)}
@@ -41,7 +41,7 @@ def _part(counts: PlaceCounts, number: int, sources: int) -> PlaceCounts:
 
 
 class SourceSetTally:
-    """Counts the places of each source for each parameter set: call `end` after the rocks of a set have flown."""
+    """Counts rocks in zones and areas for each source and parameter set: call `end` after the rocks of each set."""
 
     def __init__(self, tallies: SourceTallies, sets: int) -> None:
         self._tallies = tallies
@@ -50,7 +50,10 @@ class SourceSetTally:
         self._before = np.zeros(len(tallies.names))
 
     def end(self, number: int) -> None:
-        """Add to set `number` all rocks counted since the previous call of `end`, for whatever set."""
+        """Add to set `number` all rocks counted since the previous call of `end`, whatever set that call was for.
+
+        This includes the numbers of rocks flown from each source.
+        """
         self._zones.end(number)
         self._areas.end(number)
         after = self._tallies.flown.astype(float)

@@ -1,7 +1,8 @@
 """The results of each parameter set: counts of rocks by outcome, zone, area and map cell, and percentiles.
 
-The hazard maps of the run count the rocks of all sets together. The counts of one set are the counts of the run after
-the rocks of the set have flown, minus the counts before. So no separate counts are kept while the rocks of a set fly.
+The hazard maps of the run count the rocks of all sets together. In zones, areas and map cells, the counts of one set
+are the counts of the run after the rocks of the set have flown, minus the counts before. So no separate counts are kept
+there while the rocks of a set fly.
 """
 
 from collections import Counter
@@ -275,8 +276,9 @@ class SetTally:
         return sink if self._displaced is None else self._displaced.sink_of(number, sink)
 
     def end(self, number: int) -> None:
-        """Add to set `number` everything counted since the previous call of `end`, whatever set that call was for.
+        """Add to set `number` all rocks counted since the previous call of `end`, whatever set that call was for.
 
+        The counts are those in zones, areas and map cells. Totals and barriers have separate counts for each set.
         Call this after rocks of set `number` have flown, and before rocks of another set fly.
         """
         squares = self._tallies.squares

@@ -1,4 +1,4 @@
-"""The bench table of each source, and the source that is worst for each zone or area of interest."""
+"""The bench table of each source, and the worst source for each figure of each zone or area of interest."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -23,7 +23,10 @@ from rpf3d_core.hazard.maps import HazardMaps, Layers
 from rpf3d_core.terrain.facets import Terrain
 
 UNNOTICED = 0.05
-"""Share (-) of the rocks of a source that may reach a place that none of its rocks reached, without a warning."""
+"""Largest share (-) of a source's rocks that may go unnoticed without a warning: few flown rocks may miss a place.
+
+The upper end of the 95 % interval of a share of 0 rocks is compared with this limit.
+"""
 
 
 class SourceBenches(NamedTuple):
@@ -70,14 +73,14 @@ def _each_source(terrain: Terrain, maps: HazardMaps) -> Iterator[SourceBenches]:
 
 
 def worst_benches(terrain: Terrain, maps: HazardMaps) -> list[Bench]:
-    """Return the bench table for readers: each figure is that of the source that is worst for it, or of all rocks.
+    """Return the bench table for readers: each figure is of the source that is worst in this figure, or of all rocks.
 
-    - `reached` and `stopped` are of the source with the largest lower end of `reached`, if this end is above the
-      interval of all rocks together. Else they are of all rocks.
-    - `retained` is of the source with the smallest upper end, if this end is below the interval of all rocks. Else it
-      is of all rocks or of the source of `reached`: the smaller upper end.
+    - `reached` and `stopped` are of the source whose interval of `reached` has the largest lower end, if this end is
+      above the interval of all rocks together. Otherwise both are of all rocks.
+    - `retained` is of the source whose interval has the smallest upper end, if this end is below the interval of all
+      rocks. Otherwise `retained` is of all rocks or of the source of `reached`, whichever has the smaller upper end.
     - `energy_p95` is the largest of all sources and of all rocks together.
-    - `reached_at_most` is the largest of all sources.
+    - `reached_at_most` is the largest of all sources; `lost` is of all rocks.
 
     The interval of a source is at the level 1 - 0.05 / S, so that chance selects none of S equal sources with a
     probability above 5 %; the table shows its 95 % interval. For a scene with one source, the table is `bench_table`.
@@ -126,7 +129,10 @@ class _Worst(NamedTuple):
 
 
 def _worst_sources(maps: HazardMaps) -> _Worst:
-    """Return the worst sources, found with arrays over all sources, because a scene may have thousands of sources."""
+    """Return the number of the worst source for each figure of each place.
+
+    The computation uses arrays over all sources, because a scene may have thousands of sources.
+    """
     found = maps.sources
     assert found is not None
     worst = _Worst([], [], [], [])
@@ -162,7 +168,10 @@ def from_source(source: str | None) -> str:
 
 
 def doubts_of_sources(terrain: Terrain, maps: HazardMaps) -> list[str]:
-    """Return warnings that figures of all rocks together hide those of a source; [] for a scene with one source."""
+    """Return warnings that figures of all rocks hide worse figures of a source, or that a source has few rocks.
+
+    The list is empty for a scene with one source.
+    """
     if maps.sources is None:
         return []
     pairs = list(zip(worst_benches(terrain, maps), bench_table(terrain, maps), strict=True))
@@ -170,9 +179,10 @@ def doubts_of_sources(terrain: Terrain, maps: HazardMaps) -> list[str]:
 
 
 def _hidden(pairs: Sequence[tuple[Bench, Bench]], maps: HazardMaps) -> list[str]:
-    """Return a warning on the places whose share of a source is hidden, with the largest one; [] if none is hidden.
+    """Return a warning that figures of all rocks hide worse shares of single sources; [] if none is hidden.
 
-    Areas come before zones, because the user asked for them.
+    The warning states one share, with the largest difference, and the number of further shares. Shares of rocks that
+    reach a place come before shares retained, and areas before zones, because the user asked for areas.
 
     pairs : rows of `worst_benches`, each with the row of all rocks together
     """
@@ -209,7 +219,7 @@ def _gap(pair: tuple[Bench, Bench], name: str) -> float:
 
 
 def _with_few_rocks(maps: HazardMaps) -> list[str]:
-    """Return a warning if a source flew so few rocks that 0 rocks in a place show little; [] otherwise."""
+    """Return a warning if so few rocks of a source flew that a share of 0 in a place may be wrong by much; else []."""
     found = maps.sources
     assert found is not None
     fewest = int(found.flown.min())

@@ -1,4 +1,4 @@
-"""Count the arrivals of the rocks of each source at barriers, and of each parameter set.
+"""Count the arrivals of rocks at barriers, separately for each source and each parameter set.
 
 Many rocks of a harmless source hide the rocks of a dangerous source in the figures of all rocks together.
 """
@@ -16,11 +16,12 @@ class SourceArrivals:
 
     Rocks that did not arrive at a barrier are not counted.
 
-    sources : N; set : number of the parameter set that flies at present
+    sources : N; set : number of the current parameter set, to which `note` adds rocks
     first : (S, N, B, 4) number of rocks by the result of their first arrival, as `AtBarrier.first`; 0 for NEVER
     held : (S, N, B) number of rocks caught in the end; events : (N, B, 4) number of arrivals by result
-    energy (J), height (m above the foot of the panel), over (m above the panel, of rocks that flew over it) :
-        distributions at each barrier, over first arrivals; set s of source n is group n S + s
+    energy, height, over : (B,) distributions over first arrivals at each barrier, in which set s of source n is group
+        n S + s: energy (J), height (m) above the foot of the panel, and height (m) above the upper edge of the panel of
+        rocks that flew over
     """
 
     def __init__(self, sources: int, barriers: int, sets: int = 1) -> None:
@@ -37,7 +38,7 @@ class SourceArrivals:
         return SourceArrivals(self.sources, self.held.shape[2], sets)
 
     def note(self, found: BarrierArrivals, source: IntArray, panel: FloatArray) -> None:
-        """Count the arrivals of the N rocks of a batch, all of the present parameter set.
+        """Count the arrivals of the N rocks of a batch, all of the current parameter set (`set`).
 
         source : (N,) number of each rock's source; panel : (B,) m, height of the panel of each barrier
         """
@@ -68,7 +69,7 @@ class SourceArrivals:
 
         The counts of rocks by first result, and of arrivals by result, are (4,).
 
-        number, b : of the source and of the barrier
+        number, b : numbers of the source and of the barrier, from 0
         """
         sets = len(self.first)
         first, last = number * sets, (number + 1) * sets

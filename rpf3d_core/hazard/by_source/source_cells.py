@@ -1,7 +1,8 @@
-"""Count the rocks of each source in map cells, and find for each cell the largest values of a source.
+"""Count the rocks of each source in map cells, and find for each cell the largest values of any single source.
 
-Cell c of source s is number s C + c of a tally, with C cells in the map. Memory is bounded: the counts are left out if
-the numbers of all cells of all sources, or the cells that rocks of each source reached, need more than the limit.
+Cell c of source s is number s C + c of a tally, with C cells in the map. Memory is bounded: nothing is counted if the
+slot numbers of all cells of all sources need more memory than the limit, or if 32 bits are too few to number the cells.
+The counts are given up while rocks fly if the cells that rocks of the sources reached need more memory than the limit.
 """
 
 from typing import NamedTuple
@@ -19,12 +20,12 @@ from rpf3d_core.hazard.walks.visits import USED, Visits
 
 P95 = 95
 SHARE = 0.5
-"""Share (-) of the memory for the bins of map cells that the counts of each source may take in addition, in two parts.
+"""Limit of the memory for the counts of all sources, as a share (-) of the memory for the bins of map cells.
 
-The share limits the memory for the numbers of all cells, and the memory for the counts of the cells that rocks reached.
+The limit holds separately for the slot numbers of all cells, and for the counts of the cells that rocks reached.
 """
 NUMBER_BYTES = 4
-"""Memory (bytes) for the number of a cell of a source, whether rocks reached the cell or not."""
+"""Memory (bytes) for the slot number of a cell of a source, whether rocks reached the cell or not."""
 MOST_NUMBERS = 2**31 - 1
 """Largest number of cells of all sources: cells have 32-bit numbers."""
 AT_ONCE = 65_536
@@ -32,11 +33,13 @@ AT_ONCE = 65_536
 
 
 class WorstCells(NamedTuple):
-    """The largest values of a source in the S map cells that rocks reached, in the order of `HazardMaps.cells`.
+    """The largest values of any single source in the S map cells that rocks reached, ordered as `HazardMaps.cells`.
 
-    reach : (S,) largest share (-) of the rocks of a source that reached the cell; reach_source : (S,) its number
-    energy : (S,) J, the largest p95 energy of all rocks together and of all sources with 20 rocks in the cell; NaN if
-        unknown; energy_source : (S,) number of this source, ALL for all rocks or if unknown
+    reach : (S,) largest share (-), over all sources, of a source's rocks that reached the cell
+    reach_source : (S,) number of the source with this share
+    energy : (S,) J, the largest p95 energy of all rocks together and of each source with at least 20 rocks in the cell;
+        NaN if unknown
+    energy_source : (S,) number of this source, ALL for all rocks or if unknown
     has_few : (S,) True if a source has rocks in the cell, but too few for a p95 energy of its own
     """
 
@@ -48,14 +51,17 @@ class WorstCells(NamedTuple):
 
 
 class SourceCells:
-    """The counts of each source in the C cells of a map; they are given up if they need too much memory.
+    """The counts of each source in the C cells of a map; the counts are given up if they need too much memory.
 
     cells : C; tally : counts of all cells of all sources; None if they need too much memory
-    most : largest number of cells that rocks of the sources may reach, each source separately
+    most : largest number of reached cells, summed over the sources, above which the counts are given up
     """
 
     def __init__(self, squares: CellTally | None, sources: int) -> None:
-        """Make empty counts; squares : the tally of the map cells for all sources together, None to count nothing."""
+        """Start with empty counts; squares : tally of the map cells for all sources together, None to count nothing.
+
+        sources : number of sources
+        """
         self.tally: CellTally | None = None
         self.cells, self.most = 0, 0.0
         if squares is not None:
@@ -66,7 +72,7 @@ class SourceCells:
                 self.tally = CellTally(numbers, squares.scales, limit, squares.compiled)
 
     def fold(self, visits: Visits, source: IntArray) -> None:
-        """Add the visits to map cells to the counts; the visits do not change.
+        """Add the visits to map cells to the counts, which may then be given up; the visits do not change.
 
         source : (N,) number of the source of each rock of the batch
         """
@@ -75,7 +81,10 @@ class SourceCells:
             self.check()
 
     def add(self, other: "CellTally | None") -> None:
-        """Add the counts of another part of the same ensemble; None if the part gave its counts up."""
+        """Add the counts of another part of the same ensemble.
+
+        other : counts of the part; None if the part gave its counts up: these counts are then given up, too
+        """
         if other is None:
             self.tally = None
         elif self.tally is not None:
@@ -83,12 +92,12 @@ class SourceCells:
             self.check()
 
     def check(self) -> None:
-        """Give the counts up if rocks reached too many cells."""
+        """Give the counts up (`tally` becomes None) if the sources' rocks reached more than `most` cells."""
         if self.tally is not None and self.tally.used > self.most:
             self.tally = None
 
     def worst(self, together: Layers, flown: IntArray) -> WorstCells | None:
-        """Return the largest values of a source in each reached cell; None if the counts were given up.
+        """Return the largest values of any single source in each reached cell; None if the counts were given up.
 
         together : values of all rocks in map cells; flown : (S,) rocks flown from each source
         """
@@ -136,10 +145,12 @@ def _p95_energies(tally: CellTally, found: Found) -> FloatArray:
 def _largest(
     cell: CountArray, source: IntArray, values: FloatArray, wanted: CountArray
 ) -> tuple[FloatArray, IntArray]:
-    """Return for each wanted cell (S,) the largest of the values there, and its source; NaN and ALL without values.
+    """Return for each wanted cell the largest value there (S,), and the source of this value (S,).
 
-    cell, source, values : (N,) a value of a source in a cell; of equal values, that of the first source counts
-    wanted : (S,) ascending
+    A cell without values has NaN and ALL. If sources have equal values, the source with the lowest number counts.
+
+    cell, source, values : (N,) values, each with the number of its cell and of its source
+    wanted : (S,) numbers of the wanted cells, ascending
     """
     some = np.isin(cell, wanted)  # while rocks fly, a source may have reached a cell that the map does not have yet
     cell, source, values = cell[some], source[some], values[some]

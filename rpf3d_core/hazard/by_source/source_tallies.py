@@ -24,7 +24,10 @@ from rpf3d_core.hazard.walks.walk import Scratch
 from rpf3d_core.values import Outcome
 
 MEMORY = 64e6
-"""Bytes above which the places of one kind get coarse bins, as map cells have; p95 energies are then less exact."""
+"""Bytes of bins above which zones, or areas, of all sources get coarse bins like map cells.
+
+With coarse bins, p95 energies are less exact.
+"""
 
 
 class SourceMaps(NamedTuple):
@@ -32,7 +35,7 @@ class SourceMaps(NamedTuple):
 
     names : of the sources; flown, lost : (S,) rocks flown from each source, and lost to holes
     zones, areas : values of S Z zones, and of S A areas
-    cells : the largest values of a source in each map cell; None if their counts needed too much memory
+    cells : the largest values of any single source in each map cell; None if the counts needed too much memory
     barriers : (S,) for each source, `hazard.barriers.BarrierFigures` of each barrier; empty without barriers
     """
 
@@ -91,13 +94,13 @@ class SourceTallies:
             self.lost[:] += lost
 
     def emptied(self) -> "SourceTallies":
-        """Return empty counts of the same sources and places, but of no map cells."""
+        """Return empty counts of the same sources, zones and areas, without counts of map cells."""
         zones, inside = (_empty(tally, len(tally.slot), tally.scales) for tally in (self.zones, self.inside))
         flown, lost = np.zeros_like(self.flown), np.zeros_like(self.lost)
         return SourceTallies(self.names, zones, inside, SourceCells(None, 0), flown, lost)
 
     def maps(self, squares: Layers) -> SourceMaps:
-        """Return the values of zones, areas and map cells for each source; the counts may then go on.
+        """Return the values of zones, areas and map cells for each source; counting may continue afterwards.
 
         squares : values of all rocks in map cells
         """
@@ -124,14 +127,17 @@ def source_tallies(names: Sequence[str], zones: CellTally, inside: CellTally, sq
 
 
 def _empty(tally: CellTally, cells: int, scales: Scales) -> CellTally:
-    """Return an empty tally whose bins are never merged: `set_places` compares bins of different times."""
+    """Return an empty tally of `cells` cells whose bins are never merged, with the settings of `tally`.
+
+    The reason is that `by_set.set_places` subtracts earlier counts of bins from later counts.
+    """
     return CellTally(cells, scales, math.inf, tally.compiled)
 
 
 def part_of(layers: Layers, number: int, sources: int) -> Layers:
     """Return the values of the places of one source.
 
-    layers : values of the places of all sources; number : of the source; sources : how many sources there are
+    layers : values of the places of all sources; number : of the source, from 0; sources : number of sources
     """
     count = layers.count // sources
     first, last = np.searchsorted(layers.cell, [number * count, (number + 1) * count]).tolist()

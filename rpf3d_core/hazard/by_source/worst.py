@@ -33,7 +33,8 @@ class Counts(NamedTuple):
 def with_largest_share(counts: Counts) -> IntArray:
     """Return for each place the source (P,) with the largest lower end of a share; ALL if no source is clearly worse.
 
-    A source is clearly worse if its lower end is above the interval of all rocks.
+    The result contains numbers of sources. A source is clearly worse if the lower end of its interval is above the
+    interval of all rocks.
     """
     low = _lower_ends(counts)
     return np.where(low.max(axis=0) > _ends_of_all(counts)[1], low.argmax(axis=0), ALL)
@@ -42,14 +43,15 @@ def with_largest_share(counts: Counts) -> IntArray:
 def with_smallest_share(counts: Counts) -> IntArray:
     """Return for each place the source (P,) with the smallest upper end of a share; ALL if no source is clearly worse.
 
-    A source is clearly worse if its upper end is below the interval of all rocks.
+    The result contains numbers of sources. A source is clearly worse if the upper end of its interval is below the
+    interval of all rocks. Sources without rocks in the denominator do not count.
     """
     high = np.where(counts.each_of > 0, _ends(counts)[1], 2.0)
     return np.where(high.min(axis=0) < _ends_of_all(counts)[0], high.argmin(axis=0), ALL)
 
 
 def with_largest_value(each: FloatArray, together: FloatArray) -> IntArray:
-    """Return for each place the source (P,) with the largest value; ALL if no source has a larger one than all rocks.
+    """Return for each place the source (P,) with the largest value; ALL if no source exceeds the value of all rocks.
 
     each, together : (S, P) and (P,) values >= 0 of each source, and of all rocks, in one unit; NaN if unknown
     """
@@ -73,9 +75,10 @@ def further_figures(count: int, of: str) -> str:
 
 
 def _ends(counts: Counts) -> tuple[FloatArray, FloatArray]:
-    """Return the ends (S, P) of the intervals of the sources, at the level 1 - 0.05 / S; without meaning for 0 rocks.
+    """Return the ends (S, P) of the intervals of the shares of S sources, at the level 1 - 0.05 / n.
 
-    S counts the sources with rocks at any place.
+    n is the number of sources with rocks in the denominator at any place. Where a source has no such rocks, the ends
+    have no meaning.
     """
     of = np.maximum(counts.each_of, 1).astype(float)
     z = NormalDist().inv_cdf(1.0 - 0.025 / max(int(np.any(counts.each_of > 0, axis=-1).sum()), 1))

@@ -36,10 +36,11 @@ def has_source_barriers(maps: HazardMaps) -> bool:
 def worst_at_barriers(maps: HazardMaps) -> dict[str, list[int]]:
     """Return for each figure of summary.json the number of the worst source at each of B barriers; ALL for all rocks.
 
-    - `reached`, and the shares LARGEST: the source with the largest lower end, if it is clearly worse
-      (`hazard.by_source.worst`).
-    - The shares SMALLEST: the source with the smallest upper end, if it is clearly worse.
-    - P95_OF: the source with the largest p95 of all sources with 20 rocks there, if it is above that of all rocks.
+    - `reached`, and the shares LARGEST: the source whose interval has the largest lower end, if the source is clearly
+      worse than all rocks (`hazard.by_source.worst`).
+    - The shares SMALLEST: the source whose interval has the smallest upper end, if the source is clearly worse.
+    - P95_OF: the source with the largest p95, if this p95 is above the p95 of all rocks. Only sources with at least 20
+      rocks there count.
 
     maps : of a scene for which `has_source_barriers` is True
     """
@@ -58,7 +59,10 @@ def worst_at_barriers(maps: HazardMaps) -> dict[str, list[int]]:
 
 
 def hidden_at_barriers(maps: HazardMaps) -> list[str]:
-    """Return a warning on the share at a barrier that other sources hide most; [] if none is hidden."""
+    """Return a warning that shares of all rocks at barriers hide worse shares of single sources; [] if none is hidden.
+
+    The warning states the share with the largest difference, and the number of further shares.
+    """
     if not has_source_barriers(maps):
         return []
     found = sorted(_hidden(maps), key=lambda each: -each[0])
@@ -69,9 +73,9 @@ def hidden_at_barriers(maps: HazardMaps) -> list[str]:
 
 
 def _hidden(maps: HazardMaps) -> Iterator[tuple[float, str]]:
-    """Yield the difference (-) and words for each share of a source at a barrier that other sources hide.
+    """Yield a difference (-) and words for each share of a source at a barrier that the share of all rocks hides.
 
-    The difference is that of the share from the share of all rocks together.
+    The difference is between the share of the source and the share of all rocks. The shares are LARGEST and SMALLEST.
     """
     worst = worst_at_barriers(maps)
     for name, words in {**LARGEST, **SMALLEST}.items():

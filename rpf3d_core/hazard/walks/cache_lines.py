@@ -84,7 +84,9 @@ def found_in(lines: CacheLines, cell: IntArray, place: IntArray) -> Found:
 def add_found(lines: CacheLines, place: IntArray, found: Found) -> None:
     """Add the counts of N cells to the counts in distinct rows `place` (N,).
 
-    Counts and sums add up; the largest values and the earliest arrival are kept.
+    Counts and sums add up; the largest values and the earliest arrival are kept. Path lengths are not added.
+
+    lines : changed by this call
     """
     single = lines.single[place]
     fresh = lines.short[place, LINE_ROCKS] == 0

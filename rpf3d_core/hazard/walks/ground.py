@@ -42,5 +42,8 @@ def ground_after(
 
 
 def plain_ground(ground: WalkedTerrain) -> WalkedTerrain:
-    """Return the terrain as memoryviews, from which plain Python reads single numbers faster than from arrays."""
+    """Return the terrain with memoryviews in place of the arrays of `facets` and `sheet`.
+
+    Plain Python reads single numbers from memoryviews faster than from arrays.
+    """
     return ground._replace(facets=plain(ground.facets), sheet=plain(ground.sheet))

@@ -4,8 +4,9 @@ Over a sheet, a track is followed from facet to facet without searching buckets.
 facets, so the neighbours of a facet are computed when they are first needed, and then kept. Several threads may compute
 the same neighbours at the same time: they write the same numbers.
 
-A bucket is clear if no border or fold of the terrain runs through it and exactly one facet lies over its middle. In
-plan the number of facets over a place changes only at borders and folds, so every place of the bucket has one facet.
+A bucket is clear if no border or fold of the terrain runs through it and exactly one facet lies over one tested place
+of the bucket. In plan the number of facets over a place changes only at borders and folds, so every place of the bucket
+has one facet.
 """
 
 from typing import Any, NamedTuple

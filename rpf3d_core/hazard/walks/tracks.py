@@ -64,8 +64,9 @@ class Track(NamedTuple):
 def tracks_of(pieces: Any, modes: Any, p: int) -> int:
     """Return the number of tracks into which the path segment in row p is divided; 0 for a segment without duration.
 
-    pieces : (S, 10) path segments: time, position and velocity at the start, velocity at the end
-    modes : (S,) how the rock moves on each segment (`values.Mode`); row p + 1 begins at the end of segment p
+    pieces : (S, 10) path segments: time, position and velocity at the start, velocity at the end. The segment in row p
+        ends where the segment in row p + 1 begins
+    modes : (S,) how the rock moves on each segment (`values.Mode`)
     """
     if not pieces[p + 1, 0] > pieces[p, 0]:
         return 0
@@ -81,8 +82,7 @@ def tracks_of(pieces: Any, modes: Any, p: int) -> int:
 def track_of(pieces: Any, modes: Any, spins: Any, p: int, k: int, count: int, gravity: float) -> Track:
     """Return track number k of the `count` tracks into which the path segment in row p is divided.
 
-    pieces : (S, 10) path segments: time, position and velocity at the start, velocity at the end
-    modes : (S,) how the rock moves on each segment (`values.Mode`); row p + 1 begins at the end of segment p
+    pieces, modes : as in `tracks_of`; count : from `tracks_of`
     spins : (S, 2) twice the rotational energy per mass (m^2/s^2) at the start and the end of each segment; None if
         rocks do not spin
     gravity : m/s^2

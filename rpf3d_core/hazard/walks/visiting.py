@@ -97,7 +97,7 @@ def _of_pieces(spins: Any) -> Any:
 
 @kernel
 def _note_impact_energy(visits: Visits, k: int, spins: Any, q: int, speed2: float) -> None:
-    """Record the energy with rotation just before impact number q in visit k; do nothing if rocks do not spin.
+    """Record in visit k the energy, with rotation, just before the impact in row q; do nothing if rocks do not spin.
 
     speed2 : squared speed before the impact (m^2/s^2)
     spins : `ensemble.spin.Spins` of the flown rocks; None if rocks do not spin
@@ -148,7 +148,7 @@ def _square(raster: Raster, x: float, y: float) -> int:
 
 @kernel
 def _note_impact(ground: WalkedTerrain, areas: Areas, scratch: Scratch, flown: FlownRocks, r: int, q: int) -> None:
-    """Count impact number q of rock r in its map cell, facet, zone and areas.
+    """Count the impact of rock r in row q of the impacts, in the map cell, facet, zone and areas where it happened.
 
     A vertical facet is visited by impacts only, not by rocks that pass it.
     """

@@ -116,9 +116,9 @@ def coulomb_limited_rest(
     """Return the sum of all remaining bounces on a plane of normal n (3,), with losses limited by Coulomb friction.
 
     Bounces are added one by one until a closed form is valid for the rest. The error of the velocity is below 1e-10 of
-    the largest speed, the error of the displacement below 1e-10 of this speed times the total time. If no closed form
-    is valid after MOST_BOUNCES (2000) bounces, which is possible for R_n above 0.986, the result has `ends` False: each
-    bounce is computed as a flight.
+    the largest speed, the error of the displacement below 1e-10 of this speed times the total time. The result has
+    `ends` False, so that each bounce is computed as a flight, in two cases: if R_n is 1 or more, or if no closed form
+    is valid after MOST_BOUNCES (2000) bounces, which is possible for R_n above 0.986.
 
     gravity : m/s^2, above 0
     """

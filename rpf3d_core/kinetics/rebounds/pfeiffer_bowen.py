@@ -12,8 +12,8 @@ rock's lowest point slips:
 
 R_n and R_t are values for slow impacts, and R_t multiplies energy: values for a lumped mass are different. In three
 dimensions s = |v_t + w x (-R n)|, and w is the spin about axes along the ground. v_t' points along v_t or, if v_t is
-zero, in the direction in which the spin rolls. w' = n x v_t' / R, and the spin about n is kept. Positions are those of
-a lumped mass. Kinetic energy, of translation and rotation together, never rises.
+zero, in the direction in which the spin rolls. w' = n x v_t' / R, and the spin about n is kept. For contacts, the rock
+is a point, as a lumped mass. Kinetic energy, of translation and rotation together, never rises.
 """
 
 import math
@@ -78,7 +78,7 @@ def friction(R_t: float, x: float) -> float:
 def scaling(R_n: float, R_t: float, v_n: float, B: float) -> float:
     """Return CRSP's scaling factor F = R_t / ((v_n / (B R_n))^2 + 1) (-), computed without dividing by R_n.
 
-    F is R_t at v_n = 0, and else 0 at R_n = 0.
+    If v_n is 0, F is R_t. If only R_n is 0, F is 0.
 
     v_n : speed into the ground (m/s); B : reference speed (m/s)
     """

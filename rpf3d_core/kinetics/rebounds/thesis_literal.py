@@ -24,6 +24,8 @@ def thesis_literal(model: ThesisLiteral, surface: Surface, motion: Motion, n: Ve
     The printed transform is not orthonormal (docs/explanation/physics.md, "How does a rock rebound?"). At R_n = R_t = 1
     a rock loses speed on a slope along one axis; on a slope along both axes, it may rebound with up to three times its
     energy. If the transform would send the rock into the ground, the speed into the ground is dropped.
+
+    n : (3,) unit normal of the ground
     """
     theta, phi = math.atan2(-n[0], n[2]), math.atan2(-n[1], n[2])
     st, ct, sp, cp = math.sin(theta), math.cos(theta), math.sin(phi), math.cos(phi)
