@@ -135,6 +135,32 @@ def test_memory_is_bounded(run: Run, folder: Path, monkeypatch: pytest.MonkeyPat
     assert with_room_for(0.5 * reached) is None
 
 
+@pytest.mark.parametrize("read", [1, 2], ids=["while its counts are added", "before the limit is checked"])
+def test_a_thread_may_give_the_counts_up_while_another_counts(folder: Path, read: int) -> None:
+    """At each place at which a thread reads the counts, another thread may already have given them up."""
+    squares = empty_tallies(prepare(scene_of(folder, rocks=ROCKS))).squares
+
+    class GivenUp(SourceCells):
+        """Counts of cells that another thread gives up after some reads of `tally`."""
+
+        reads = 0
+
+        @property
+        def tally(self) -> object:
+            self.reads += 1
+            return self.counts if self.reads <= read else None
+
+        @tally.setter
+        def tally(self, value: object) -> None:
+            self.counts = value
+
+    cells, nothing = GivenUp(squares, 2), SourceCells(squares, 2).tally
+    cells.add(nothing)
+    cells.reads = 0
+    cells.add(nothing)
+    assert cells.tally is None
+
+
 def test_files_have_the_values_and_their_sources(run: Run, tmp_path: Path) -> None:
     write_hazard_rasters(tmp_path, run.terrain, run.maps)
     worst = run.maps.sources.cells

@@ -74,10 +74,12 @@ class SourceCells:
     def fold(self, visits: Visits, source: IntArray) -> None:
         """Add the visits to map cells to the counts, which may then be given up; the visits do not change.
 
+        Any thread may call this method, also while another thread gives the counts up.
+
         source : (N,) number of the source of each rock of the batch
         """
-        if self.tally is not None:
-            fold_sources(self.tally, visits._replace(way=None), source, self.cells)
+        if (tally := self.tally) is not None:
+            fold_sources(tally, visits._replace(way=None), source, self.cells)
             self.check()
 
     def add(self, other: "CellTally | None") -> None:
@@ -87,13 +89,13 @@ class SourceCells:
         """
         if other is None:
             self.tally = None
-        elif self.tally is not None:
-            self.tally.add(other)
+        elif (tally := self.tally) is not None:
+            tally.add(other)
             self.check()
 
     def check(self) -> None:
         """Give the counts up (`tally` becomes None) if the sources' rocks reached more than `most` cells."""
-        if self.tally is not None and self.tally.used > self.most:
+        if (tally := self.tally) is not None and tally.used > self.most:
             self.tally = None
 
     def worst(self, together: Layers, flown: IntArray) -> WorstCells | None:
