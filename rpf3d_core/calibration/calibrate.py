@@ -129,8 +129,8 @@ def _too_short(slope: Slope, priors: list[Distribution], prepared_s: float, cont
 def _many(scene: Scene) -> Scene:
     """Return the scene with a number of rocks for which `engine: auto` selects the compiled engine.
 
-    The number of rocks has no other effect: a calibration flies its own number of rocks. A scene with another `engine`
-    is returned unchanged.
+    The number of rocks has no other effect: a calibration flies its own number of rocks. A scene whose `engine` is
+    not `auto` is returned unchanged.
     """
     return scene if scene.engine != "auto" else with_choices(scene, max(100_000, len(scene.sources)), None, None)
 

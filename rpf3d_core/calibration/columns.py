@@ -46,8 +46,8 @@ def column_of(path: Path, column: int | str, key: str) -> FloatArray:
     Raises
     ------
     InputError
-        The file has no such column, the column is that of a coordinate, a cell is not a number above 0, or the header
-        of masses states a unit of another quantity.
+        The file is in another format or has no such column; the column holds a coordinate; a cell is not a number above
+        0; or the header of masses states a unit of another quantity.
     """
     cells = _all_cells(path, column, key)
     for cell in cells:
@@ -82,6 +82,8 @@ def _all_cells(path: Path, column: int | str, key: str) -> list[ColumnCell]:
 def _factor(path: Path, name: str, key: str) -> float:
     """Return the factor that converts a column of masses to kg, such as 1000 for `mass (t)`; 1 without a unit.
 
+    Raise InputError for a unit of another quantity, such as metres.
+
     name : of the column, with the unit; key : the scene's key with the column, for messages
     """
     unit = unit_of_column(name, "mass")
@@ -113,8 +115,8 @@ def _cells(path: Path, column: int | str, key: str) -> Iterator[ColumnCell]:
 def _place_without_names(path: Path, rows: list[Row], column: int | str, key: str) -> int:
     """Return the index of a column, from 0, in a file without a header; `column` counts from 1.
 
-    The first two columns are coordinates and, if there are more than three columns, also the third. The number of such
-    a column, or a name in place of a number, is refused with an InputError.
+    The first two columns are coordinates and, if there are more than three columns, also the third. Raise InputError if
+    `column` is the number of a column of coordinates, or a name.
 
     rows : of the file; key : the scene's key with the column, for messages
     """
@@ -147,6 +149,8 @@ def _place_of(path: Path, header: Row, column: int | str, key: str) -> int:
 
 def _properties(path: Path, column: int | str, key: str) -> Iterator[ColumnCell]:
     """Yield the value of a property for each point of a GeoJSON file, in the order of the points.
+
+    Raise InputError if `column` is a number.
 
     column : name of the property; key : the scene's key with this name, for messages
     """

@@ -35,7 +35,7 @@ def _of_gates(slope: Slope, flown: list[Flown]) -> Iterator[str]:
     """Yield a sentence if values were observed at gates, and a sentence for each gate that no simulated rock fits.
 
     The first sentence warns that values at gates are compared without the error of the model (the misfit), so intervals
-    are too narrow if the model is poor. The gates of the other sentences are those of `_gates_without_rocks`.
+    are too narrow if the model is poor. `_gates_without_rocks` selects the gates of the other sentences.
     """
     gates = sorted({one.gate for one in slope.field.values})
     if gates:

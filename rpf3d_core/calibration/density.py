@@ -70,6 +70,8 @@ class Stops(NamedTuple):
 def kernel_widths(values: FloatArray, error: float) -> FloatArray:
     """Return the standard deviations (D,) of the kernel for R simulated values (R, D), including the measuring error.
 
+    Each standard deviation is at least LEAST_KERNEL (0.1).
+
     error : standard deviation of the measuring error, in the unit of the values
 
     Source: Silverman 1986, Density Estimation, equations 3.30 and 4.14, times NARROWING (0.7).

@@ -1,4 +1,4 @@
-"""Make those warnings about observations that need no simulated rocks, for `rpf3d check` and for a calibration."""
+"""Make the warnings about observations that can be made before rocks fly, for `rpf3d check` and for a calibration."""
 
 from collections import defaultdict
 from collections.abc import Iterator

@@ -26,7 +26,8 @@ ESTIMATED = ("mean", "low", "high", "shrinkage")
 def content_of(found: Findings) -> dict[str, Any]:
     """Return the content of calibration.json; docs/reference/calibration.md lists its keys.
 
-    A refused calibration has all keys, but null for every number that a reader could mistake for a result.
+    A refused calibration has all keys, but null for every number that a reader could mistake for a result,
+    and no warnings.
     """
     names = [estimate.name for estimate in found.estimates]
     known = not is_refused(found)

@@ -25,7 +25,10 @@ FloatArray = NDArray[np.float64]
 Section = tuple[float | None, float | None]
 
 COPIES = 16
-"""Number of displaced copies of each rock that are compared with an area; the same for all rocks and sets."""
+"""Number of displaced copies of each rock that are compared with an area.
+
+The displacements, in units of the misfit, are the same for all rocks and sets.
+"""
 
 
 class PathExtents(NamedTuple):

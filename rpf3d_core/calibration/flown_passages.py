@@ -98,7 +98,7 @@ def _above_ground(engine: Engine, x: FloatArray) -> FloatArray:
 
 
 def visited(batch: Batch, inside: list[FloatArray]) -> NDArray[np.bool_]:
-    """Return flags (R,): True for a rock that passed over, or stopped in, an area in plan.
+    """Return flags (R,): True for a rock that passed over an area in plan, or ended its flight there.
 
     inside : closed outlines (P, 2) m of the area, local frame; points on the paths are compared, see `path_points`
     """

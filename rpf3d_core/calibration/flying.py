@@ -110,7 +110,7 @@ class Slope:
 
     @property
     def needs_paths(self) -> bool:
-        """True if the observations need the paths of rocks, and not only where they stopped."""
+        """True if the observations need the paths of rocks for a comparison, and not only the places of their stops."""
         return bool(self.field.values) or any(one.kind != "stopped" for one in self.field.counted)
 
 
@@ -148,7 +148,7 @@ def slope_of(scene: Scene) -> Slope:
 def _rocks_for(scene: Scene, stated: int | None, field: Field) -> int:
     """Return the number of rocks of a parameter set: the stated number, or a number that fits the observations.
 
-    If the observed blocks have masses or shapes, each block needs a rock that is like it.
+    If the observed blocks have masses or shapes, each block needs at least one simulated rock with its mass or shape.
 
     Raises
     ------
@@ -314,7 +314,7 @@ def _densities(slope: Slope, batch: Batch, releases: Releases, stops: Stops) -> 
         known = _of_values(one, gates[one.at], releases.mass, mixed)
         parts.append(np.repeat(known[:, None, :], len(slope.misfits), axis=1))
     parts += [share_densities(_probabilities(slope, one, batch)[:, mixed]) for one in field.counted]
-    return np.ascontiguousarray(np.concatenate(parts, axis=2))  # as read from disk, so that sums have the same order
+    return np.ascontiguousarray(np.concatenate(parts, axis=2))  # contiguous as if read from disk: equal order of sums
 
 
 def _of_values(one: Values, gate: Passages, mass: FloatArray, mixed: NDArray[np.int64]) -> FloatArray:

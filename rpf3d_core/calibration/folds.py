@@ -73,7 +73,7 @@ def predictive_score(weights: FloatArray, densities: FloatArray, anywhere: float
 
     weights : (N, S, M) of the sets and misfits for each observation, or (1, S, M) for all observations
     densities : (S, M, N) of the observations under each set with each misfit
-    anywhere : density of an observation that may lie anywhere, as in `likelihood.Densities`
+    anywhere : density of an observation that may lie anywhere, as in `likelihood.Densities`; for all, or (N,) for each
     """
     mixed = np.einsum("nsm,smn->n", np.broadcast_to(weights, (densities.shape[2], *weights.shape[1:])), densities)
     return Score(np.log((1.0 - ASTRAY) * mixed + ASTRAY * anywhere))

@@ -124,7 +124,8 @@ def over_misfits(log_likelihood: FloatArray) -> FloatArray:
 def posterior_weights(log_ratio: FloatArray, log_likelihood: FloatArray) -> FloatArray:
     """Return the posterior weight (S, M) of each parameter set with each misfit; the sum of all weights is 1.
 
-    The weights are the mean over the draws of groups of rocks, so they include the noise of the likelihood.
+    The weights are the mean over the random draws of groups of rocks, so they include the noise of the likelihood. The
+    draw at index 0, with equal weights of all groups, does not count.
 
     log_ratio : (S,) from `population.log_importance`; log_likelihood : (D, S, M) from `log_likelihoods`
     """
@@ -135,7 +136,8 @@ def posterior_weights(log_ratio: FloatArray, log_likelihood: FloatArray) -> Floa
 def noise_of(log_likelihood: FloatArray, weights: FloatArray) -> float:
     """Return the standard deviation (-) of a set's log-likelihood that is due to the finite number of rocks.
 
-    Noise that all sets have in common does not count, because it does not change a weight.
+    The variances of the sets are averaged with the posterior weights. Noise that all sets have in common does not
+    count, because this noise does not change a weight.
 
     log_likelihood : (D, S) from `over_misfits`; weights : (S,) posterior weights of the sets, sum 1
     """

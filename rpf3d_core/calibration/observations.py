@@ -146,7 +146,10 @@ def _column(scene: Scene, column: int | str | None, key: str) -> FloatArray | No
 
 
 def _shape_numbers(scene: Scene, spec: CalibrationSpec) -> IntArray | None:
-    """Return the number of each block's shape (N,), from 0; None if the scene names no column of shapes."""
+    """Return the number of each block's shape (N,), from 0; None if the scene names no column of shapes.
+
+    Raise InputError if a cell is not the number of a shape, from 1, in `rock.shape.files`.
+    """
     column = _column(scene, spec.shape_column, "shape_column")
     if column is None:
         return None
@@ -169,7 +172,10 @@ def _values_of(spec: CalibrationSpec) -> Iterator[Values]:
 
 
 def _counted_in(scene: Scene, spec: CalibrationSpec) -> Iterator[ObservedCount]:
-    """Yield all counts of a scene: of rocks that passed a gate, stopped in a place or reached a place."""
+    """Yield all counts of a scene: of rocks that passed a gate, stopped in a place or reached a place.
+
+    Raise InputError if a place is neither an area of interest nor a section of `observed`.
+    """
     for gate in spec.gates:
         if gate.passed is not None and gate.of is not None:
             yield ObservedCount(place=gate.name, kind="passed", at=gate.at, rocks=gate.passed, of=gate.of)

@@ -54,10 +54,10 @@ def prior_mixture(unknowns: int) -> Mixture:
 def draw(mixture: Mixture, count: int, seed: int, number: int) -> FloatArray:
     """Return parameter sets drawn from the proposal of a round: z (N, U) (-), as in `normal_space`.
 
-    count : number N of the parameter sets
-
-    The random numbers depend only on the seed and on `number`, the number of the round. The sets of the first round are
+    The random numbers depend only on the seed and on the number of the round. The sets of the first round are
     quasi-random, that is evenly spread.
+
+    count : number N of the parameter sets; seed : of the calibration; number : of the round, from 0
     """
     unknowns = mixture.centres.shape[1]
     if not len(mixture.centres):

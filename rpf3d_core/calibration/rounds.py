@@ -77,7 +77,7 @@ class Result(NamedTuple):
 
     @property
     def rounds(self) -> int:
-        """Number of rounds, the last of which may be incomplete."""
+        """Number of rounds; the last round may be incomplete."""
         return max(self.numbers) + 1
 
     @property
@@ -93,7 +93,8 @@ def fly_rounds(
 ) -> Result | None:  # fmt: skip
     """Fly round after round, and return all sets; None if no set flew before the deadline or an interruption.
 
-    Sets that are on disk in the folder `state` are part of the result, and are not flown again.
+    Sets that are on disk in the folder `state` are part of the result, and are not flown again. New sets are written
+    into this folder. Raise InputError if a file in this folder is damaged.
 
     priors : of the unknowns; seed : of the proposals; state : folder of the flown sets
     control : deadline, progress reports, interruption and threads
@@ -199,6 +200,7 @@ def _fly_round(
     """Fly the parameter sets of a round that are not on disk yet, and return all flown sets of the round, in order.
 
     The result has fewer than S sets if the time was too short or the user interrupted. New sets are written to disk.
+    Raise InputError if a file of the round is damaged.
 
     priors : of the U unknowns; z : (S, U) unknowns of each set as standard normal numbers (`normal_space`)
     number : number of the round, from 0; state : folder of the flown sets

@@ -45,8 +45,9 @@ def check_folder(out: Path, scene: Scene) -> None:
     Raises
     ------
     InputError
-        The folder contains other files, the calibration of another scene or of an earlier version, or a damaged
-        plan.json (the file that identifies a calibration).
+        The folder contains files that are not part of a calibration; results without plan.json (the file that
+        identifies a calibration); a damaged plan.json; or the calibration of another scene, of other data or of an
+        earlier version.
     """
     state = out / STATE
     names = {entry.name for entry in out.iterdir()} if out.is_dir() else set()

@@ -60,7 +60,7 @@ def warnings_of(found: Findings) -> list[str]:
 
 
 def _combinations(found: Findings) -> list[str]:
-    """Return a sentence for each pair of parameters of which the data determines only a combination."""
+    """Return a sentence for each pair of parameters that the data determines only in combination."""
     pairs = combinations(range(len(found.estimates)), 2)
     names = [estimate.name for estimate in found.estimates]
     return [

@@ -1,4 +1,4 @@
-"""`rpf3d audit`: repeat the decisions of an alert log and compare them."""
+"""`rpf3d audit`: recompute the decisions of a decision log, and compare them with the logged decisions."""
 
 import json
 from pathlib import Path
@@ -22,7 +22,10 @@ def audit(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
 ) -> None:
-    """Make every decision of an alert log again and compare it bit for bit; exit code 0 only if the log is sound."""
+    """Recompute every decision of a decision log, and compare the result bit for bit with the logged decision.
+
+    The exit code is 0 if all decisions agree and no line is damaged or missing, otherwise 1; 2 for an unreadable log.
+    """
     from rpf3d_core.alerts.audit import audit_log
 
     found = audit_log(log, head)

@@ -25,10 +25,11 @@ def calibrate(
     budget: BudgetOption = None,
     engine: EngineOption = None,
 ) -> None:
-    """Fit the unknowns of a scene to observed end points, and report how well the data determines them.
+    """Fit the unknowns of a scene to field observations, and report how well the data determines the unknowns.
 
-    Ctrl-C keeps all flown parameter sets; the same command continues. A result that is too uncertain ends with exit
-    code 1 and without a calibrated scene.
+    Ctrl-C keeps all flown parameter sets; the same command then continues the calibration.
+
+    If the result is too uncertain, the exit code is 1 and no calibrated scene is written.
     """
     from rpf3d_core.calibration.calibrate import calibrate as fit
     from rpf3d_core.calibration.calibrate import deadline_after

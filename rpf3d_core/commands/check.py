@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 
 def check(scene: SceneFile, rocks: RocksOption = None, engine: EngineOption = None) -> None:
-    """Report faults of a scene's terrain, heights of its sources, and the time and memory that a run will take.
+    """Report faults of a scene's terrain, start heights of its rocks, and the time and memory that a run will take.
 
-    The exit code is 0 if rpf3d run accepts the scene, also if rpf3d calibrate would refuse it; otherwise it is 2.
+    The exit code is 0 if `rpf3d run` accepts the scene, even if `rpf3d calibrate` would refuse it; otherwise 2.
     """
     from rpf3d_core.runs.check import check_scene
     from rpf3d_core.setup.choices import chosen_scene

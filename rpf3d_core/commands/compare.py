@@ -14,7 +14,7 @@ def compare(
     run_b: Annotated[Path, typer.Argument(help="The folder of another, B.", show_default=False)],
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
 ) -> None:
-    """Compare two results: shares of each zone and area, and which differences are significant."""
+    """Compare two results: shares and p95 energies of zones and areas, and which shares differ significantly."""
     from rpf3d_core.runs.compare import compare_runs, comparison_section
     from rpf3d_core.runs.compare_tables import ENERGIES_HEADER, SHARES_HEADER, energy_rows, lines_of, share_rows
 

@@ -19,7 +19,10 @@ def cost(
     out: Annotated[Path, typer.Option(help="Folder to write the price list to.", show_default=False)],
     target: TargetOption = 0.05,
 ) -> None:
-    """Measure what accuracy costs on a scene: errors of steps, terrain, number of rocks and unknown ground."""
+    """Measure error and computing time of the settings of a scene: contact methods, terrains and numbers of rocks.
+
+    The list also has the error due to the unknowns of the scene, which no setting reduces.
+    """
     from rpf3d_core.accuracy.command import measured
     from rpf3d_core.accuracy.tables import NOTE, findings, tables
 
@@ -40,7 +43,8 @@ def rocks_within(accuracy: float, scene: Path, out: Path) -> tuple["Scene", int]
     """Return the scene with exact contacts, and the number of rocks for `rpf3d run --accuracy`; print the findings.
 
     accuracy : largest allowed total error (-)
-    out : folder of the price list, which is measured and written if the folder has none of this scene
+    scene : scene file
+    out : folder of the price list; if it has no price list of this scene, the list is measured and written there
     """
     from rpf3d_core.accuracy.choice import exact_run
     from rpf3d_core.accuracy.command import kept_or_measured

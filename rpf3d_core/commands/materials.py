@@ -33,7 +33,7 @@ def materials(
     name: Annotated[str | None, typer.Argument(help="One of them, to see its source.", show_default=False)] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, with all ranges.")] = False,
 ) -> None:
-    """List the ground materials that a scene may name with `library`: ranges, sources and how far confirmed."""
+    """List the ground materials that a scene may name with `library`, with ranges, sources and confirmation."""
     from rpf3d_core.scene.library_entries import ENTRIES
 
     listed = {key: entry for key, entry in ENTRIES.items() if name in (None, key)}

@@ -16,7 +16,7 @@ def new(
     unit: Annotated[str, typer.Option(help="Unit of the file's coordinates: mm, ft, ...")] = "m",
     crs: Annotated[str | None, typer.Option(help="Reference system of the file, such as EPSG:32719.")] = None,
 ) -> None:
-    """Write a scene for a terrain file, with extents, zones and crests that were found, and what you must check."""
+    """Write a scene for a terrain file; print the zones and crests found in the terrain, and what you must check."""
     from rpf3d_core.formats.units import LENGTHS
     from rpf3d_core.imports.new_scene import FileChoice, write_new_scene
 

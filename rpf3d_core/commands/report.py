@@ -19,7 +19,7 @@ def report(
     ] = None,
     site: Annotated[str, typer.Option(help="Name of the site; that of the scene.", show_default=False)] = "",
 ) -> None:
-    """Write a report of a result: warnings, 3D view, map, section, retention, distances, fences, inputs, limits."""
+    """Write the report of a result: warnings, 3D view, map, section, retention, distances, fences, inputs, limits."""
     from rpf3d_core.report.report import write_report
 
     with screen.status("writing the report"):

@@ -21,7 +21,7 @@ def sensitivity(
     sobol: SobolOption = 0,
     rocks: Annotated[int, typer.Option(help="Rocks of each parameter set.")] = 500,
 ) -> None:
-    """Vary the unknowns of a scene within their ranges, and report which unknown decides which result."""
+    """Vary the unknowns of a scene within their ranges, and report which unknown affects each result most."""
     from rpf3d_core.sensitivity.analysis import Asked, Stopped
     from rpf3d_core.sensitivity.analysis import sensitivity as measure
     from rpf3d_core.sensitivity.files import write_sensitivity

@@ -14,7 +14,7 @@ def study(
     out: Annotated[Path, typer.Option(help="Folder to write the runs and the comparison to.", show_default=False)],
     rocks: Annotated[int | None, typer.Option(help="Rocks of each run, instead of the scenes' 100,000.")] = None,
 ) -> None:
-    """Make a study of B. Peik's thesis (2020): resolution of the terrain, or localised coefficients of restitution."""
+    """Repeat a study of B. Peik's thesis (2020): resolution of the terrain, or coefficients of restitution by zone."""
     from rpf3d_core.runs.fly_scene import RunControl
     from rpf3d_core.runs.run import run_scene
     from rpf3d_core.runs.thesis import runs_of, study_named

@@ -36,7 +36,7 @@ def sweep(
 ) -> None:
     """Fly a scene with each combination of values of some keys, and compare the designs side by side.
 
-    Cells that have flown into the same folder do not fly again. After Ctrl-C, the same command goes on.
+    Cells that have flown into the same folder do not fly again; after Ctrl-C, the same command continues the sweep.
     """
     from rpf3d_core.sweep.sweep import sweep as fly
     from rpf3d_core.sweep.varied import check_varied, varied_of
@@ -74,12 +74,10 @@ def _executor(workers: int | None) -> Iterator[Executor]:
 
 
 def _counting(begin: Callable[[int], Callable[[int], None]], writing: Callable[[], None]) -> Callable[[int, int], None]:
-    """Return a function of (done, of) that shows the progress of the cells of a sweep.
+    """Return a function of (done, of) that shows the progress of a sweep in a progress bar.
 
-    Without a terminal, for example in a log file, there is no bar: a line is printed for each cell instead.
-
-    Its arguments are the number of cells that have a result, and the number of all cells. The progress bar counts only
-    the cells that had no result at the start.
+    done : number of cells that have a result; of : number of all cells. The bar counts only the cells that had no
+    result at the start. Without a terminal, for example in a log file, a line is printed for each cell instead.
 
     begin, writing : functions of the progress bar, from `progress`
     """

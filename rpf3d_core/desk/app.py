@@ -1,4 +1,4 @@
-"""The program behind the page of the desk: it does what the user asks for, and shows results and messages."""
+"""The program behind the page of the desk: do what the user requests on the page, and show results and messages."""
 
 import asyncio
 import threading
@@ -73,14 +73,17 @@ class Desk:
             self._do(work)
 
     def open(self, path: Path) -> None:
-        """Open a scene file on the page, in place of the scene that was open; errors are as in `read_scene`."""
+        """Open a scene file on the page, in place of the scene that was open, and request the preparation of the scene.
+
+        Errors are as in `read_scene`.
+        """
         self._take(opened(path))
         assert self.scene is not None
         self.state.save_path = shown_path(self.scene.default_path)
         self.state.report_path = shown_path(self.scene.report_path)
 
     def close(self) -> None:
-        """Stop the simulation, and delete the temporary folder with the results."""
+        """Stop the simulation, end its thread, and delete the temporary folder with the results."""
         self.runner.close()
 
     def _actions(self) -> Actions:
@@ -113,7 +116,9 @@ class Desk:
     def _click(self, event: Any, moved: float = 0.0) -> None:
         """Add the clicked place on the terrain to the drawing; ignore the click event at the end of a drag.
 
-        event : click event of the view, with the two ends of the `ray` below the pointer; None next to all objects
+        A note on the page informs the user if the click missed the terrain.
+
+        event : click event of the view, with the two ends of the `ray` below the pointer; None if no object was hit
         moved : distance (pixels) that the pointer moved since it was pressed
         """
         if not self.drawing.kind or moved > STILL or self.shown.terrain is None:
@@ -154,7 +159,7 @@ class Desk:
         try:
             self._edited(lambda text: self._with_coefficient(text, path, typed))
         except InputError:
-            self._list_scene()  # the field shows the present value again
+            self._list_scene()  # the field shows the current value again
             raise
 
     def _with_coefficient(self, text: str, path: tuple[str, str, str], typed: str) -> str:
@@ -189,7 +194,11 @@ class Desk:
         self.runner.stop_flying()
 
     def _save(self) -> None:
-        """Save the scene in the file that the page names; the last run becomes a run of this file, if it can."""
+        """Save the scene in the file that the page names.
+
+        The last run then counts as a run of this file, so that its report can be written. But if the paths in the scene
+        lead to other files from the new folder, the user must run the scene again before a report.
+        """
         before = self._opened()
         self.scene = after = saved(before, Path(self.state.save_path), bool(self.state.save_over))
         had_run, is_same = self.state.has_run, stamp_of(before.scene) == stamp_of(after.scene)
@@ -203,7 +212,7 @@ class Desk:
             self._say(NOTE, "the paths of the saved scene lead to other files than those of the last run: press Run "
                       "before Report")  # fmt: skip
         if not self.state.ready:
-            self.runner.prepare(after.written)  # the answer for the earlier file is ignored
+            self.runner.prepare(after.written)  # `_prepared` ignores the data for the earlier file
 
     def _report(self) -> None:
         scene, path = self._opened(), Path(self.state.report_path).resolve()
@@ -236,7 +245,7 @@ class Desk:
     # Messages from the simulating thread
 
     def _prepared(self, written: Written, prepared: Prepared) -> None:
-        """Show terrain, sources, areas and warnings of a prepared scene, unless the user has edited it meanwhile."""
+        """Show terrain, sources, areas and warnings of a prepared scene, unless the user has edited the scene since."""
         if self.scene is None or written != self.scene.written:
             return
         new = self.shown.show_scene(prepared)
@@ -344,7 +353,7 @@ class Desk:
                 self._loop.call_soon_threadsafe(self._do, work)
 
     def _do(self, work: Callable[[], None]) -> None:
-        """Call the function `work`, and send the page's values that it changes to the browser."""
+        """Call the function `work`, and send the values of the page that `work` changes to the browser."""
         with self.state:
             work()
 

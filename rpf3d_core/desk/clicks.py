@@ -37,7 +37,7 @@ class Drawing(NamedTuple):
 
 
 def source_of(drawing: Drawing, frame: Frame, name: str, rocks: int, above_ground: float) -> dict[str, Any]:
-    """Return the drawn source as the values of a scene file, in the coordinates of the input.
+    """Return the drawn source as keys and values for a scene file, in the coordinates of the input.
 
     rocks : number of rocks; above_ground : height of the release above the ground (m)
 
@@ -52,7 +52,7 @@ def source_of(drawing: Drawing, frame: Frame, name: str, rocks: int, above_groun
 
 
 def area_of(drawing: Drawing, frame: Frame, name: str) -> dict[str, Any]:
-    """Return the drawn area of interest as the values of a scene file, in plan coordinates of the input.
+    """Return the drawn area of interest as keys and values for a scene file, in plan coordinates of the input.
 
     Raises
     ------

@@ -92,7 +92,7 @@ def drawn_elsewhere(scene: Scene, values: Mapping[str, Any]) -> dict[Steps, str]
     """Return the values of a scene that its section `unknowns` draws, and why the desk cannot edit each value.
 
     A key of the result has the steps of a key path, such as ("materials", "rock", "friction"). A value of the result is
-    the reason, as text for the user.
+    the reason, as text for the user. If the scene is refused, the result is empty.
 
     values : the plain values of the scene's file
     """

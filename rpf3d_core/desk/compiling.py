@@ -1,8 +1,8 @@
-"""Prepare a scene for the compiled engine in a thread, while the user looks at it and the first rocks fly.
+"""Prepare a scene for the compiled engine in a thread, while the user looks at the scene and the first rocks fly.
 
-A second process compiles what is not in the disk cache. In this process, numba would hold a lock meanwhile
-(`jit.from_cache`), and the first rocks and **Stop** would wait for it. The thread is a daemon, so that the end of
-the desk does not wait for the compiler.
+A second process compiles the loops that are not in the disk cache. If this process compiled them, the first rocks and
+**Stop** would wait for a lock that numba holds while it compiles (`jit.from_cache`). The thread is a daemon, so that
+the end of the desk does not wait for the compiler.
 """
 
 import threading
@@ -49,12 +49,14 @@ def compiled_for(scene: Scene, ground: tuple[Terrain, FaultReport]) -> Prepared:
 
 
 class CacheFiller:
-    """Compiles the loops of scenes into the disk cache; an object of this class is in a second process."""
+    """Compiles the loops of scenes into the disk cache; objects of this class exist only in a second process."""
 
     def fill(self, text: str, path: Path, digests: Sequence[str]) -> None:
         """Compile all loops of a scene; errors are as in `prepare`.
 
-        text, path : of the scene; digests : of the user's own code, as from `compiled_apart` in the first process
+        text, path : of the scene
+        digests : of the user's own code, from `compiled_apart` in the first process, so that both processes use the
+            same folder of the disk cache
         """
         for digest in digests:
             compile_apart(digest)
@@ -95,7 +97,7 @@ class Compiling:
             pass  # the thread that flies prepares the same scene, and reports the refusal
 
     def _prepared(self, scene: Scene, text: str, ground: tuple[Terrain, FaultReport]) -> Prepared | None:
-        """Return the scene prepared for the compiled engine; None if the thread was cancelled meanwhile.
+        """Return the scene prepared for the compiled engine; None if the thread was cancelled before.
 
         If the second process cannot start or fails, this process compiles.
         """

@@ -85,7 +85,7 @@ def build_page(server: Any, window: Any, actions: Actions) -> Any:
 
 
 def _head(html: Any, actions: Actions) -> None:
-    """Add the head of the panel: name of the scene, present work of the desk, and messages."""
+    """Add the head of the panel: name of the scene, current work of the desk, and messages."""
     html.H1("{{ name || 'rpf3d desk' }}")
     html.Div("{{ path }} {{ unsaved ? '(changed, not saved)' : '' }}", classes="quiet path")
     html.Div("{{ busy ? busy + ' ...' : '' }}", classes="busy", id="busy")

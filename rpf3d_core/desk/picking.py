@@ -12,7 +12,7 @@ PARALLEL = 1e-30
 
 
 def place_on(terrain: Terrain, near: FloatArray, far: FloatArray) -> FloatArray | None:
-    """Return the first place (3,) m where a ray meets the terrain, local frame; None if it meets nothing.
+    """Return the first place (3,) m where a ray meets the terrain, local frame; None if the ray misses the terrain.
 
     Source: Moeller and Trumbore (1997), Fast, minimum storage ray/triangle intersection.
 

@@ -36,7 +36,7 @@ QUIETEST = 0.4
 
 
 FOLDER = "rpf3d-desk-"
-"""First letters of the names of the temporary folders with results."""
+"""Beginning of the names of the temporary folders with results."""
 FLOWN = ("deposits.csv", "impacts.parquet")
 """Files that `fly_into` writes; `write_findings` writes all other files of a result."""
 LATEST = 20.0
@@ -59,7 +59,7 @@ class Listener(NamedTuple):
     prepared : called when a scene is ready to fly; results : called with the results so far, and with True if no
         further results of this run follow
     report : called with the path of a written report; refused : called with the text of an error
-    busy : called with a text on the present work, "" if there is none
+    busy : called with a text on the current work, "" if there is none
     """
 
     prepared: Callable[[Written, Prepared], None]
@@ -107,13 +107,19 @@ class Runner:
         self._tasks.put(lambda: self._prepare(written) if number == self._asked else None)
 
     def fly(self, written: Written) -> None:
-        """Request the flight of a scene's rocks; the listener receives results during the flight."""
+        """Request the flight of a scene's rocks; the listener receives results during the flight.
+
+        Requests to prepare a scene are dropped if the thread has not started to work on them.
+        """
         self._stop.clear()
         self._asked = next(self._numbers)
         self._tasks.put(lambda: self._fly(written))
 
     def write_report(self, written: Written, path: Path) -> None:
-        """Request the report of the last run; the request is refused if the last run was of another scene."""
+        """Request the report of the last run.
+
+        The request is refused if there is no run of this scene, or if a file of the scene has changed since the run.
+        """
         self._tasks.put(lambda: self._report(written, path))
 
     def move(self, written: Written, path: Path) -> None:
@@ -129,7 +135,10 @@ class Runner:
         self._stop.set()
 
     def close(self) -> None:
-        """Stop the rocks and the compiler, end the thread, and delete the folder of results."""
+        """Stop the rocks and the compiler, end the thread, and delete the folder of results.
+
+        The call waits at most LATEST (20 s) for the end of the thread.
+        """
         self._stop.set()
         self._tasks.put(None)
         self._thread.join(LATEST)
@@ -149,7 +158,10 @@ class Runner:
             self._listener.busy("")
 
     def _prepare(self, written: Written) -> ReadyScene:
-        """Return a scene prepared for the reference engine: the previous one if its text and files are unchanged."""
+        """Return a scene prepared for the reference engine; the previous data if text and files are unchanged.
+
+        A newly prepared scene is kept. Its loops start to compile, and the listener is informed.
+        """
         kept = self._ready
         if kept is not None and kept.written == written and kept.stamp == stamp_of(kept.prepared.scene):
             return kept
@@ -187,8 +199,8 @@ class Runner:
     def _fly(self, written: Written) -> None:
         """Fly the rocks of a scene and write their results to a temporary folder.
 
-        While the loops are not compiled, the reference engine flies. If they are ready before its last rock, the
-        compiled engine flies all rocks again; the results are equal to the last bit.
+        While the loops are not compiled, the reference engine flies. If the loops are ready before the last
+        rock has flown, the compiled engine flies all rocks again; the results are equal to the last bit.
         """
         ready = self._prepare(written)
         prepared, compiling = ready.prepared, self._compiled
@@ -207,7 +219,7 @@ class Runner:
     def _flown_before(self, compiling: Compiling, prepared: Prepared) -> Run | None:
         """Fly the rocks of a scene with the reference engine until the compiled engine is ready.
 
-        Return the run if all rocks have flown before, or if the user has stopped them; else None.
+        Return the run if all rocks have flown before that time, or if the user stopped the flight; otherwise None.
         """
         run = self._into_folder(prepared, lambda: self._stop.is_set() or compiling.done() is not None)
         is_whole = self._stop.is_set() or compiling.done() is None or run.totals.rocks == run.planned
@@ -216,7 +228,7 @@ class Runner:
     def _into_folder(self, prepared: Prepared, stop: Callable[[], bool]) -> Run:
         """Fly the rocks of a scene until `stop` returns True, and write their results to a new temporary folder.
 
-        The listener receives results during the flight.
+        The results of the previous run are deleted first. The listener receives results during the flight.
         """
         self._forget()
         self._folder = Path(tempfile.mkdtemp(prefix=FOLDER))
@@ -245,14 +257,15 @@ class Runner:
                 write_report(self._folder, part)
                 check_unchanged(scene, ready.stamp)
         except InputError:
-            summary.unlink()  # its digest may be of changed files
+            summary.unlink()  # the digest in this file may be that of changed files
             raise
         self._listener.report(path)
 
     def _move(self, written: Written, path: Path) -> None:
         """Replace the scene file of the last run, and delete the files that an earlier report of this run needed.
 
-        The data prepared for the next run stay those of the earlier file, so they are prepared again.
+        Nothing happens if the last run was of another scene. Data prepared for a next run still belong to the earlier
+        file, so the next run prepares the scene again.
         """
         if self._flown is None or self._flown[0].written != written or self._folder is None:
             return

@@ -100,9 +100,9 @@ def saved(state: SceneState, path: Path, replace: bool) -> SceneState:
     Raises
     ------
     InputError
-        The path does not end in .yaml or .yml, or the file exists and must not be replaced, or cannot be written. Or
-        the scene names a file by a relative path, and no such file exists relative to the folder in which the scene
-        would be saved.
+        The path does not end in .yaml or .yml; its folder does not exist; the file exists and must not be replaced; or
+        the file cannot be written. Or the scene names a file by a relative path, and no such file exists relative to
+        the folder in which the scene would be saved.
     """
     path = path.resolve()
     if path.suffix.lower() not in (".yaml", ".yml"):

@@ -59,7 +59,7 @@ def without_item(text: str, key: str, name: str) -> str:
 def with_value(text: str, path: Sequence[str], value: Any) -> str:
     """Return the text with a new value at a path of keys, such as ("materials", "rock", "friction_angle_deg").
 
-    Missing mappings on the path are added.
+    A mapping that is missing on the path is added; a value on the path that is not a mapping is replaced by a mapping.
     """
 
     def edit(scene: Any) -> None:

@@ -105,7 +105,12 @@ def new_gate(port: int) -> Gate:
 
 
 def serve(server: Any, gate: Gate, ready: Callable[[], None]) -> None:
-    """Run a trame server until Ctrl-C; ready : function that is called when browsers can connect."""
+    """Run a trame server until Ctrl-C; the server answers only the requests that `gate` admits.
+
+    The environment variables that trame and wslink read are replaced.
+
+    ready : function that is called when browsers can connect
+    """
     # trame reads options from the command line and from these variables; here they are set to fixed values.
     os.environ["TRAME_ARGS"] = f"--host {LOOPBACK} --port {gate.port} --timeout 0 --server"
     os.environ["WSLINK_READY_MSG"] = ""

@@ -141,9 +141,10 @@ def hazard_map(seen: Seen, maps: HazardMaps, kind: str) -> DrapedMap:
 def _reach(maps: HazardMaps) -> tuple[str, str, FloatArray]:
     """Return title, unit and values (C,) of the map of reach probability; NaN in cells without a value.
 
-    With parameter sets, the map is the upper end of the predictive interval, as the first map in the 3D view of a
-    report. The title states this, and also if too few sets have flown for an interval. With several sources, the map is
-    that of the worst source.
+    With parameter sets, the map is the upper end of the predictive interval, as is the first map in the 3D view of a
+    report. Without such intervals, the map of a scene with several sources shows the worst source of each cell. Other
+    scenes have the share of all rocks. The title states which map is shown. If the share of all rocks is shown because
+    too few sets have flown for an interval, the title states this as well.
     """
     band = maps.reach_band
     if band is not None and np.isfinite(band.high).any():
@@ -158,7 +159,10 @@ def _reach(maps: HazardMaps) -> tuple[str, str, FloatArray]:
 
 
 def _energy(maps: HazardMaps) -> tuple[str, str, FloatArray]:
-    """Return title, unit and values (C,) of the map of p95 energy; FEW in reached cells without a value, else NaN."""
+    """Return title, unit and values (C,) of the map of p95 energy.
+
+    The value is FEW in a reached cell without a p95 energy, and NaN in a cell that no rock reached.
+    """
     worst = maps.worst_cells
     values = (maps.cells.energy.p95 if worst is None else worst.energy) / 1e3
     known = np.where(values > 0.0, values, FEW)

@@ -42,7 +42,7 @@ None instead of types is a request to call a function.
 class BackgroundCompiler:
     """A background process that compiles loops while the main process does other work.
 
-    Without a process, all methods do nothing.
+    Without a process, all methods return immediately, and `has_done` returns True.
     """
 
     def __init__(self, process: "subprocess.Popen[bytes] | None") -> None:

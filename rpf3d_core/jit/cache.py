@@ -15,7 +15,7 @@ try:
     import numba
 except ImportError:
     numba = None
-with suppress(ImportError):  # a numba release may break it; without it each copy of the package compiles for itself
+with suppress(ImportError):  # a numba release may break `relocatable`; each copy of the package then has its own cache
     from rpf3d_core.jit import relocatable  # noqa: F401
 fcntl: ModuleType | None
 try:

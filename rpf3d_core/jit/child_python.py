@@ -14,5 +14,5 @@ def command_of(module: str, *words: str) -> list[str]:
 
 
 def environment_of_child() -> dict[str, str]:
-    """Return the environment of this process, with the module paths added, so that another Python finds its modules."""
+    """Return the environment of this process for a child, with PYTHONPATH set to all module paths of this process."""
     return {**os.environ, "PYTHONPATH": os.pathsep.join([str(HOME), *filter(None, sys.path)])}

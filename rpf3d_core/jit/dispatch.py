@@ -32,8 +32,9 @@ F = TypeVar("F", bound=Callable[..., Any])
 OPTIONS = {"error_model": "numpy", "_nrt": False}
 """Options of all compiled code.
 
-Compiled code allocates no memory, so reference counts are switched off (`_nrt`). The code is then three times as fast,
-because otherwise each access to an array in a NamedTuple would change a reference count twice.
+A division by zero gives an infinite number or NaN, and no exception (`error_model`). Compiled code allocates no memory,
+so reference counts are switched off (`_nrt`). The code is then three times as fast, because otherwise each access to an
+array in a NamedTuple would change a reference count twice.
 """
 
 CALLED = OPTIONS | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}

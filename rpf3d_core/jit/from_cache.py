@@ -1,7 +1,7 @@
-"""Call functions only as long as all of their compiled code is loaded already or in the disk cache.
+"""Forbid compilation in a part of a program: all compiled code must already be loaded or in the disk cache.
 
 numba holds one lock while it compiles a function, and every first call in the process waits for this lock, even if the
-code of the call is in the disk cache. So a program that must answer meanwhile lets another process compile.
+code of the call is in the disk cache. So a program that must always answer quickly lets another process compile.
 """
 
 import threading

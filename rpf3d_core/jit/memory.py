@@ -58,7 +58,8 @@ class Kept:
     def __call__(self, name: str, length: int, dtype: Any) -> NDArray[Any]:
         """Return the first `length` elements (N,) of the array `name`, with undefined content.
 
-        A missing array is allocated; an array that is too short is replaced.
+        A missing array is allocated; an array that is too short is replaced. `dtype` counts only for a new array, so
+        all calls with the same name must have the same type.
         """
         if name not in self._arrays or len(self._arrays[name]) < length:
             self._arrays.pop(name, None)  # frees the old array before the new one is allocated

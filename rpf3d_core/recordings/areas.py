@@ -12,7 +12,7 @@ from rpf3d_core.terrain.frame import FloatArray
 
 AREA_COLOUR = (0, 89, 191)
 AREA_PIXELS = 1.5
-"""Width of the outlines in the viewer (pixels); rerun interprets a negative radius as a size on the screen."""
+"""Half the width of the outlines in the viewer (pixels); rerun interprets a negative radius as pixels on the screen."""
 ABOVE_MAPS = 3.0
 """Height of the outlines above the terrain as a multiple of LIFT: above the two hazard maps."""
 

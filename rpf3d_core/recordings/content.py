@@ -38,7 +38,8 @@ class RecordingContent(NamedTuple):
 def verify(recording: Path) -> None:
     """Check with rerun's own tool that a recording is undamaged.
 
-    Raise InputError with rerun's message if the recording is damaged.
+    Raise InputError with rerun's message if the recording is damaged, and also if rerun is not installed or its tool
+    takes longer than LONGEST (600 s).
     """
     _rerun(recording, "refuses it", "verify", str(recording))
 
@@ -74,7 +75,7 @@ def repair(broken: Path, repaired: Path) -> RecordingContent:
     """Repair an incomplete recording: write its readable part to another file, and return the content of that file.
 
     Raise InputError if `broken` does not exist, `repaired` already exists, no row can be read, or the repaired
-    recording is not valid. In these cases no file is written.
+    recording is not valid; also if a tool of rerun is missing or takes too long. In these cases no new file remains.
     """
     if repaired.exists():
         raise InputError(f"{repaired}: is there already; remove it, or give another file with -o")

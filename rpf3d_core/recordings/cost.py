@@ -11,7 +11,7 @@ from rpf3d_core.recordings.log import APPLICATION, begin_recording, end_recordin
 from rpf3d_core.results.series import Series
 
 LINE, POINT = 1.5, 4.0
-"""Widths of lines and points in the viewer (pixels)."""
+"""Radii of lines and points in the viewer (pixels): half of their widths."""
 
 
 def write_cost_recording(path: Path, series: Sequence[Series], picture: Path, document: str) -> None:

@@ -42,9 +42,9 @@ LOGGED_ROCKS = 10_000
 
 ROCK_COLOUR = (255, 140, 0)
 ROCK_PIXELS, DEPOSIT_PIXELS = 4.0, 3.0
-"""Sizes of rocks in the viewer in pixels: in metres, a rock of 1 m could not be seen in a pit of 1 km.
+"""Radii of rocks in the viewer, in pixels: in metres, a rock of 1 m could not be seen in a pit of 1 km.
 
-rerun interprets negative radii as sizes on the screen.
+rerun interprets negative radii as pixels on the screen.
 """
 
 
@@ -68,6 +68,8 @@ def write_recording(
     maps: HazardMaps | None = None,
 ) -> None:
     """Write run.rrd, the recording of a run: terrain, trajectories, moving rocks, plots, log, documents, view layout.
+
+    Obstacles and areas of interest are shown as well, if `ground` has them.
 
     Up to `tumbling.SHOWN_BLOCKS` (48) rocks with a shape are shown as blocks that move and turn.
 

@@ -25,7 +25,7 @@ class RecordedOutputs(Protocol):
 
     @property
     def trajectories(self) -> int:
-        """Number of rocks whose trajectories are shown."""
+        """Largest number of rocks whose trajectories are shown."""
 
 
 class RecordedRock(Protocol):
@@ -48,7 +48,7 @@ class RecordedScene(Protocol):
 
     @property
     def path(self) -> Path:
-        """The scene file, whose text is included in the recording."""
+        """The scene file; its text is included in the recording if the file exists."""
 
     @property
     def seed(self) -> int:

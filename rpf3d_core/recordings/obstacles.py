@@ -8,9 +8,9 @@ BARRIER_COLOUR, TREE_COLOUR = (30, 60, 200), (30, 120, 50)
 PANEL_COLOUR = (30, 60, 200, 150)
 """Colour of the panels of barriers: red, green, blue and opacity, 0 to 255."""
 BARRIER_PIXELS, TREE_PIXELS = 1.5, 2.0
-"""Widths of barriers and sizes of trees in the viewer in pixels: in metres, a stem could not be seen in a pit of 1 km.
+"""Radii of the lines of barriers and of trees in the viewer, in pixels.
 
-rerun interprets negative radii as sizes on the screen.
+In metres, a stem could not be seen in a pit of 1 km. rerun interprets negative radii as pixels on the screen.
 """
 
 

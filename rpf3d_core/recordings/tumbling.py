@@ -17,7 +17,10 @@ BLOCKS = "world/blocks"
 """Name of the entity of a recording that contains all blocks."""
 
 SHOWN_BLOCKS = 48
-"""Largest number of rocks that are shown as blocks; further rocks are shown as points. 48 blocks take about 2 MB."""
+"""Largest number of rocks that are shown as blocks; further rocks are shown only as points.
+
+48 blocks take about 2 MB.
+"""
 
 RATE = 60
 """Number of poses per second that are recorded while a block moves: as many as a screen shows."""
@@ -42,7 +45,7 @@ def log_blocks(
     """Write at most SHOWN_BLOCKS (48) rocks with a shape to a recording as moving blocks; nothing without shapes.
 
     The rocks are evenly spread over the rocks with a path. A block is a mesh of the size of its rock, written once. Its
-    position and orientation, in the local frame, are written up to about RATE (60) times a second while it moves.
+    position and orientation, in the local frame, are written up to about 60 times a second (RATE) while it moves.
 
     blocks : shapes by number, empty if rocks have no shape; density : kg/m^3; gravity : m/s^2
     """

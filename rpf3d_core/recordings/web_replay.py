@@ -122,7 +122,7 @@ class _Handler(BaseHTTPRequestHandler):
             with self.server.recording.open("rb") as file:
                 size = os.fstat(file.fileno()).st_size
                 self._begin(RECORDING_TYPE, size)
-                while body and size > 0 and (part := file.read(min(size, PART))):  # no bytes appended later
+                while body and size > 0 and (part := file.read(min(size, PART))):  # not what is appended later
                     self.wfile.write(part)
                     size -= len(part)
         except FileNotFoundError:

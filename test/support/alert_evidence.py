@@ -51,7 +51,7 @@ def site(areas: dict[str, Any] | None = None, **terms: Any) -> Thresholds:
 
 
 def area(reached: int = 0, name: str = "ramp", flown: int = FLOWN, **facts: Any) -> AreaEvidence:
-    """Return the evidence of an area; by default, rocks that reach it have low energies and arrive late.
+    """Return the evidence of an area; by default, rocks that reach the area have low energies and arrive late.
 
     reached, flown : numbers of rocks; facts : other fields of `AreaEvidence`
     """
@@ -92,7 +92,7 @@ def origin(topic: str = "radar", **facts: Any) -> Origin:
 
 
 def nothing_seen(now: int = NOW, **facts: Any) -> Evidence:
-    """Return the evidence of a message without sources; by default it is one second old at the time `now` (ns)."""
+    """Return the evidence of a message without sources; by default, the answer is one second old at `now` (ns)."""
     return evidence(*untouched(["ramp"]), now=now, sources=0, **facts)
 
 

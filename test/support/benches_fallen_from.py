@@ -24,7 +24,7 @@ def bench() -> Terrain:
 
 
 def fallen(runouts, at_rest=None, sets=0, paths=None, source=None) -> RunFiles:
-    """Return the result files of a run whose rocks start at the crest and end at distances (N,) m in plan from it.
+    """Return the result files of a run whose rocks start at the crest and end (N,) m from the crest in plan.
 
     at_rest : (N,) True for rocks that stopped on the ground; None if all rocks stopped there
     sets : number of parameter sets S, of which rock i has number i modulo S; 0 for a run without unknowns

@@ -99,7 +99,7 @@ def random_contacts(rng: np.random.Generator, count: int, most: int, ground: Gro
 def boxes_on_faces(rng: np.random.Generator, count: int, ground: Ground, tilt: float = 0.0) -> Bodies:
     """Return `count` random boxes that touch planes with the four corners of a random face.
 
-    tilt : largest angle (rad) between the normals of the four contacts and that of the face
+    tilt : upper bound (rad) of the angles between the normals of the four contacts and the normal of the face
     """
     half = rng.uniform(0.2, 1.0, (count, 3))
     half = -np.sort(-half, axis=1)  # the longest side has the least moment

@@ -39,7 +39,9 @@ def picture(view: Any) -> np.ndarray:
 
 
 def picture_that(view: Any, fits: Callable[[np.ndarray], bool]) -> np.ndarray:
-    """Take pictures of an element of a page until one is as expected, and return it; the test fails after LONGEST.
+    """Take pictures of an element of a page until a picture is as expected, and return this picture.
+
+    The test fails after LONGEST (180 s).
 
     view : locator of playwright; fits : returns True for an expected picture
     """

@@ -17,7 +17,7 @@ LONGEST = 300.0
 
 
 def environment(**changes: str) -> dict[str, str]:
-    """Return this process's environment with the project in PYTHONPATH; changes : variables to add or replace."""
+    """Return this process's environment with the project as PYTHONPATH; changes : variables to add or replace."""
     return {**os.environ, "PYTHONPATH": str(ROOT), **changes}
 
 

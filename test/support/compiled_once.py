@@ -29,7 +29,7 @@ def compile_once(folder: Path) -> None:
     def compile_or_load(loop: Any, signature: Any) -> Any:
         if loop not in LOOPS:
             return compile_alone(loop, signature)
-        # Always take numba's own lock first: two threads that take the locks in opposite order would wait for ever.
+        # Always take numba's own lock first: two threads that take the locks in opposite order would wait forever.
         with global_compiler_lock, locked(folder / lock_name(loop, signature)):
             return compile_alone(loop, signature)
 
@@ -43,7 +43,7 @@ def lock_name(loop: Any, signature: Any) -> str:
 
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
-    """Context manager: hold the lock of a file; the system releases the lock if the process ends."""
+    """Hold the exclusive lock of a file in the `with` block; the system releases the lock if the process ends."""
     with open(path, "w") as file:
         fcntl.flock(file, fcntl.LOCK_EX)
         yield

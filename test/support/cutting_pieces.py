@@ -211,9 +211,9 @@ class Legs:
 def passed_through(facets: np.ndarray, legs: Legs, deep: float, margin: float) -> np.ndarray:
     """Return the numbers of the rocks that pass through one of facets (F, 3, 3) m, from its free side to its back.
 
-    A rock passes through a facet if it is more than `deep` (m) above the facet's plane, later more than `deep` below
-    it, and in between inside the facet by more than `margin` (m). At the start of its path, a rock counts as above
-    unless it is more than `deep` below.
+    A rock passes through a facet if the rock is first more than `deep` (m) above the facet's plane and later more than
+    `deep` below the plane, and is inside the facet by more than `margin` (m) in between. At the start of its path, a
+    rock counts as above unless the rock is more than `deep` below.
     """
     found, starts = set(), np.concatenate([[True], legs.row[1:] != legs.row[:-1]])
     for facet in facets:
@@ -244,9 +244,12 @@ def _boxes_meet(facet: np.ndarray, begin: np.ndarray, end: np.ndarray) -> np.nda
 
 
 def _is_within_between(facet: np.ndarray, legs: Legs, ends: tuple[int, int], deep: float, margin: float) -> bool:
-    """Return True if a rock stays inside a facet by `margin` (m), seen along its normal, while it passes its plane.
+    """Return True if a rock is inside a facet by `margin` (m) while the rock passes the facet's plane.
 
-    ends : numbers of the leg on which the rock leaves the upper side, and of the leg on which it is `deep` (m) below
+    The points are compared as seen along the facet's normal.
+
+    ends : numbers of two legs: on the first leg, the rock leaves the upper side; on the second leg, the rock reaches
+        the depth `deep` (m) below the plane
     """
     first, last = ends
     begin, end = _place_at(facet, legs, first, 0.0), _place_at(facet, legs, last, -deep)

@@ -1,7 +1,7 @@
 """Compute digests of the files of a results folder: of all numbers, all names and their order.
 
-Not digested: pictures and run.rrd, which show the same numbers; inputs.json, which repeats the scene; versions, engine
-and wall times in summary.json; and all sentences for users, that is, all strings with a blank.
+These parts are not digested: pictures and run.rrd, which show the same numbers; inputs.json, which repeats the scene;
+versions, engine and wall times in summary.json; and all sentences for users, that is, all strings with a blank.
 """
 
 import hashlib
@@ -23,7 +23,7 @@ SUMMARY = "summary.json"
 DRAWN = (".png", ".rrd")
 """Suffixes of the files that are not digested: pictures and recordings."""
 INPUTS = "inputs.json"
-"""The file that repeats the scene and the warnings, which is left out as well: it has no result of its own."""
+"""The file that repeats the scene and the warnings; it is not digested either, because it has no result of its own."""
 LEFT_OUT = (
     "versions", "engine", "read_s", "index_s", "wall_s", "compile_s", "fly_s", "rocks_per_s", "write_s", "total_s",
 )  # fmt: skip
@@ -110,7 +110,7 @@ def _of_parquet(path: Path) -> Any:
 
 
 def _of_column(column: pa.ChunkedArray) -> Any:
-    """Return flags, True for known values, and the values with 0 for unknown ones; for a dictionary column: names."""
+    """Return flags, True for known values, and the values, 0 if unknown; for a dictionary column, return the names."""
     if pa.types.is_dictionary(column.type):
         return column.cast(column.type.value_type).to_pylist()
     known = column.is_valid().combine_chunks().to_numpy(zero_copy_only=False)

@@ -2,8 +2,8 @@
 
 The check shares no code with the simulation. It examines rocks that lose velocity between a flight and a slide without
 a recorded impact. If such a rock came down one facet and met another, the check computes its further bounces between
-the two facets by reflections in NumPy, with the ground's R_n and without a loss along the facets, until the rock leaves
-both facets. The rock must not then rise by more than a slight bounce.
+the two facets in NumPy, until the rock leaves both facets. Each bounce is a reflection with the ground's R_n and
+without a loss along the facets. After the last bounce, the rock must not rise by more than a slight bounce.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""Run a command as a user does at a terminal: it shows its progress, and Ctrl-C interrupts it."""
+"""Run a command as a user does at a terminal: the command shows its progress, and Ctrl-C interrupts the command."""
 
 import os
 import pty

@@ -12,7 +12,7 @@ _numbers = itertools.count(37 * os.getpid())
 
 
 def free_port() -> int:
-    """Return a TCP port of 127.0.0.1 that no program uses at present. Raises RuntimeError if there is none."""
+    """Return a TCP port of 127.0.0.1 that no program currently uses. Raises RuntimeError if there is none."""
     for number in itertools.islice(_numbers, COUNT):
         port = LOWEST + number % COUNT
         with socket.socket() as probe:

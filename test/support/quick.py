@@ -7,5 +7,5 @@ import pytest
 
 
 def long_except(quick: Collection[str], names: Iterable[str]) -> list[Any]:
-    """Return the names as parameters of a test; those not in `quick` are marked long."""
+    """Return the names as parameters of a test; names that are not in `quick` get the mark `long`."""
     return [pytest.param(name, marks=[] if name in quick else pytest.mark.long) for name in names]

@@ -22,11 +22,11 @@ class Clerk:
         os.write(1, words.encode())
 
     def refuse(self, words: str) -> None:
-        """Raise InputError, which means an error that a user can correct."""
+        """Raise an InputError with some words: an error that a user can correct."""
         raise InputError(words)
 
     def tell_of_numba(self) -> None:
-        """Raise InputError that says whether this process can import numba."""
+        """Raise an InputError whose text states whether this process can import numba."""
         from rpf3d_core.jit.dispatch import HAS_NUMBA
 
         raise InputError(f"numba: {HAS_NUMBA}")

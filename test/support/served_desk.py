@@ -39,7 +39,10 @@ class ServedDesk(NamedTuple):
 
 @contextmanager
 def served_desk(*words: object, cwd: Path | None = None) -> Iterator[ServedDesk]:
-    """Context manager: start `rpf3d desk` with the arguments `words`, and end it if the test has not ended it."""
+    """Yield a running `rpf3d desk` with the arguments `words`; end the desk after the `with` block if it still runs.
+
+    The test is skipped if a library of the extra `desk` is not installed.
+    """
     for library in ("trame", "trame_vtk", "ruamel.yaml"):
         pytest.importorskip(library, reason="the extra `desk` is not installed")
     command = [*COMMAND, "desk", "--no-open", *map(str, words)]
@@ -60,5 +63,5 @@ def served_desk(*words: object, cwd: Path | None = None) -> Iterator[ServedDesk]
         yield ServedDesk(process, found[0], heard | listening_addresses(process.pid))
     finally:
         if process.poll() is None:
-            process.terminate()  # not killed, so that it deletes its results
+            process.terminate()  # not killed, so that the desk deletes its results
         process.communicate(timeout=LONGEST)

@@ -1,4 +1,4 @@
-"""Measure how slow the processor is at present, because other programs share its caches and clock rate with a test."""
+"""Measure how slow the processor currently is, because other programs share its caches and clock rate with a test."""
 
 import time
 

@@ -1,9 +1,8 @@
 """Compute how deep convex bodies and triangles overlap, with separating axes in NumPy, without code of the engines.
 
 A convex body and a triangle are apart if and only if a plane at right angles to one of these axes separates them: a
-normal of a face of the body, the triangle's normal, or the cross product of an edge of each.
-Otherwise the smallest overlap along these axes is the shortest distance that separates the body from the triangle if
-the body is moved by it.
+normal of a face of the body, the triangle's normal, or the cross product of an edge of each. Otherwise the smallest
+overlap along these axes is the depth of the overlap: the shortest movement of the body that separates both.
 Source: Gottschalk, Lin & Manocha 1996, SIGGRAPH 96:171.
 """
 

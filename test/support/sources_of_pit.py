@@ -18,7 +18,7 @@ MISFIT = f"{UNKNOWN}  misfit: 12\n"
 def scene_of(folder: Path, *sources: str, more: str = "", rocks: dict[str, int] | None = None) -> Scene:
     """Return the scene of the small pit with only the named sources, in this order.
 
-    rocks : source -> number of rocks, where it differs
+    rocks : source -> number of rocks, for sources whose number differs from the scene of the small pit
     """
     scene = read_scene(scene_file(folder, more=more))
     found = {source.name: source for source in scene.sources}

@@ -26,10 +26,12 @@ def start_with(monkeypatch: pytest.MonkeyPatch, plan: Plan, **parameters: Any) -
 
 
 def start_over_the_pit(monkeypatch: pytest.MonkeyPatch, truth: Truth, topics: Sequence[str]) -> Run:
-    """Start a node that keeps the sources of four walls, deliver the survey of the pit, and return the run.
+    """Start a node that keeps the sources of four walls (regions), deliver the survey of the pit, and return the run.
 
-    topics : all topics with a speaker. The check of unreported places is off: with it, more than the guard under test
-        could notice a wall that is not answered again
+    The check of unreported places is off. Otherwise not only the guard under test, but also this check could notice a
+    wall that is not answered again.
+
+    truth : true state of the pit; topics : all topics with a publisher
     """
     plan = Plan(
         truth=truth, sends=(), speakers=tuple(Speaker(topic=topic, number=0) for topic in topics), sensors=(RADAR_A,),

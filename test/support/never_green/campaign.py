@@ -20,13 +20,14 @@ from never_green.combination import CLEAN, Verdict, run
 from never_green.defects import DEFECTS
 
 NO_DEFECT = "none"
-"""Value of --kinds that runs every tenth seed: only combinations without a defect if --first is a multiple of 10."""
+"""Value of --kinds for combinations without a defect: the seeds are the multiples of 10 that are at least --first."""
 
 
 def failures_of(verdict: Verdict) -> list[str]:
     """Return the failures of a combination as sentences; empty if there is none.
 
-    A failure is too low a level, a closed contact of the bridge, or without defects a wrong level.
+    A failure is a level that is too low; a contact that the alarm bridge closed although the alarm had to sound; or, in
+    a combination without defects, any wrong level.
     """
     greens = [
         f"{each.at:g} s: {'evidence' if each.is_masked else 'level'} {each.shown}, true is {each.true}"

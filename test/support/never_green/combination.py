@@ -207,7 +207,10 @@ class Run:
         return round(self.plan.clock.now(self.at) * SECOND)
 
     def deliver(self, send: Send) -> None:
-        """Deliver an acknowledgement, or a message whose publisher exists when it is sent and can be received."""
+        """Deliver an acknowledgement or a message to the node, and wait until the node has processed it.
+
+        A message is dropped if its publisher does not exist when the message is sent, or cannot be received.
+        """
         self.at = max(self.at, send.at)
         if send.kind == "acknowledgement":
             self.node.station.acknowledged(send.words)
@@ -311,8 +314,9 @@ def _greens(at: float, shown: str, evident: str, least: int) -> list[Green]:
 def required(oracle: Oracle, plan: Plan, at: float, decided: float = DECIDED) -> int:
     """Return the lowest level, as an index in LEVELS, that may be shown at a time (s).
 
-    It is the lowest of the true levels for sources, terrain and areas, each as now or as at the largest age that the
-    site file allows, plus `decided`. In the grace times of the plan, it is 0.
+    The result is the lowest of several true levels. Sources, terrain and areas are each taken at the time `at`, or at
+    the earliest time that the site file allows a decision to use, minus `decided`. In the grace times of the plan, the
+    result is 0.
 
     decided : time (s) that a decision may take, in addition to the ages that the site file allows
     """
@@ -342,7 +346,7 @@ def _not_exact(oracle: Oracle, at: float, shown: str) -> list[str]:
 
 
 class failing_answers:
-    """Context manager: answers to sources on the slope raise an error during the time `answers_fail` of a plan.
+    """Context manager in which answers to sources on the slope raise an error during `answers_fail` of a plan.
 
     run : the `Run` whose time counts; to be set by the caller
     """

@@ -1,4 +1,4 @@
-"""Add defects of inputs to a combination: each function takes a `Plan` and returns it with one more defect.
+"""Add defects of inputs to a combination: each function takes a `Plan` and returns the plan with one more defect.
 
 Only defects that the node can notice are drawn. The safety argument names the others ("Which dangers are not
 covered?"): a wrong place that is plausible, a source that no sensor reports, a patch that is never sent while whole
@@ -38,7 +38,7 @@ def harmed(plan: Plan, name: str, chosen: Callable[[Send], bool], change: Change
 
 
 def _topic_of(plan: Plan, rng: np.random.Generator, topics: tuple[str, ...]) -> str:
-    """Return one of `topics` at random, of those that have messages in the plan; "" if none has."""
+    """Return a random one of the `topics` that have messages in the plan; "" if none of them has messages."""
     used = sorted({send.topic for send in plan.sends if send.topic in topics})
     return str(rng.choice(used)) if used else ""
 
@@ -77,7 +77,7 @@ def late_sources(plan: Plan, rng: np.random.Generator) -> Plan | None:
 
 
 def silent(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Let a sensor fall silent; it is silent from the start only if the node's parameters name it as expected."""
+    """Let a sensor fall silent; it is silent from the start only if the node's parameters expect the sensor."""
     topic, since = _topic_of(plan, rng, SENSORS), 0.0 if plan.expects and rng.random() < 0.4 else rng.uniform(3.0, 14.0)
     sends = tuple(send for send in plan.sends if send.topic != topic or send.sent < since)
     if len(sends) == len(plan.sends) or (since and not any(send.topic == topic for send in sends)):
@@ -200,7 +200,7 @@ def _anywhen(rng: np.random.Generator) -> float:
 
 
 def clock_back(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Let the clock jump back by 1 to 60 s; the areas are published again after the jump, because the node needs it."""
+    """Let the clock jump back by 1 to 60 s; the areas are published again, because the node then needs them again."""
     rule = plan.clock._replace(jump=-float(rng.uniform(1.0, 60.0)), jump_at=_anywhen(rng))
     return plan.with_defect("clock back", clock=rule, sends=(*plan.sends, *areas_again(plan, rule.jump_at + 0.4)))
 

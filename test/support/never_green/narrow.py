@@ -85,7 +85,10 @@ def alternately_understood(plan: Plan, rng: np.random.Generator) -> Plan | None:
 
 
 def one_misplaced(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Put the plan's last source under the ground in each message that reports it together with other sources."""
+    """Put the last place under the ground in each message with several places from a sensor that sees the last source.
+
+    As soon as the plan's last source exists, the last place of such a message is this source.
+    """
     dangerous = plan.truth.sources[-1:]
     topics = [topic for source in dangerous for topic in source.seen_by if topic in plan.sensors]
 
@@ -190,7 +193,9 @@ def after_a_restart(plan: Plan, at: float) -> Plan:
 
 
 def old_patch(word: str, harmed_at: Callable[[Plan, float], Plan]) -> Defect:
-    """Return a defect in which an old patch with the bank comes after a survey without it, and a step or restart.
+    """Return a defect in which an old patch with the bank is published again after a survey without the bank.
+
+    Between the survey and the patch, the clock makes a small step back or the node is restarted.
 
     word : name of the defect; harmed_at : returns the plan with the step or restart at a time (s)
     """
@@ -209,7 +214,9 @@ def old_patch(word: str, harmed_at: Callable[[Plan, float], Plan]) -> Defect:
 
 
 def old_area(word: str, harmed_at: Callable[[Plan, float], Plan]) -> Defect:
-    """Return a defect in which the first polygon is published again after the area has grown, and a step or restart.
+    """Return a defect in which the first polygon is published again after the area has grown.
+
+    Before this message, the clock makes a small step back or the node is restarted.
 
     word : name of the defect; harmed_at : returns the plan with the step or restart at a time (s)
     """

@@ -19,8 +19,7 @@ BEGAN = 100_000.0
 class TrueSource(NamedTuple):
     """A true source of rocks, from the time `since` (s) until the end of the combination.
 
-    place : (3,) m
-
+    place : (3,) m, map frame
     seen_by : topics of the sensors that see the source
     until : time (s) until which the node must count the source; for a click, until the click is too old
     """

@@ -105,7 +105,7 @@ def _of_sensors(draw: Draw, truth: Truth) -> list[Send]:
 
 
 def _clicks(draw: Draw, truth: Truth) -> list[Send]:
-    """Return the click on the dangerous source, and sometimes a click on a harmless place below it.
+    """Return the click on the dangerous source, and sometimes a click on a harmless place below this source.
 
     The list is empty unless the story is `clicked`.
     """

@@ -56,7 +56,7 @@ def _is_at(send: Send, place: np.ndarray) -> np.ndarray:
 
 
 def _only(send: Send, place: np.ndarray) -> Send:
-    """Return a message with only the source at a place (3,) m, if the message has it."""
+    """Return a message with only the source at a place (3,) m; the unchanged message if the source is not in it."""
     there = _is_at(send, place)
     return send._replace(places=send.places.reshape(-1, 3)[there]) if there.any() else send
 

@@ -14,7 +14,8 @@ STALE = 3.0
 class Watcher:
     """Reads published messages as the documentation demands of a subscriber.
 
-    An alert that has expired counts as a fault, unless its level is `evacuate`.
+    An alert that has expired counts as a fault, unless its level is `evacuate`. A sounding alarm without a later alert,
+    and the time before the first alert, count as a fault.
     """
 
     def __init__(self, published: list[tuple[str, Any]], now_ns: Callable[[], int]) -> None:
