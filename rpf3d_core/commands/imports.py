@@ -23,7 +23,7 @@ Out = Annotated[Path, typer.Option(help="New or empty folder to write the scene 
 
 @app.command()
 def rockyfor3d(folder: Folder, out: Out) -> None:
-    """Rockyfor3D: dem, rockdensity, d1, d2, d3, blshape, rg70, rg20, rg10 and soiltype, each as .asc."""
+    """Rockyfor3D: make a scene from dem, rockdensity, d1, d2, d3, blshape, rg70, rg20, rg10 and soiltype (.asc)."""
     from rpf3d_core.imports.rockyfor3d import import_rockyfor3d
 
     _tell(import_rockyfor3d(folder, out))
@@ -31,7 +31,7 @@ def rockyfor3d(folder: Folder, out: Out) -> None:
 
 @app.command()
 def stone(folder: Folder, out: Out) -> None:
-    """STONE and r.stone: dem, sources, nrest, trest and friction, each as .asc or .tif."""
+    """STONE and r.stone: make a scene from the grids dem, sources, nrest, trest and friction (.asc or .tif)."""
     from rpf3d_core.imports.stone import import_stone
 
     _tell(import_stone(folder, out))
@@ -45,7 +45,7 @@ def cloud(
     widest: Annotated[float | None, typer.Option(help="Widest hole (m) that is closed; 4 cells.", min=0.0)] = None,
     classes: Annotated[str, typer.Option(help="Classes of the ground, such as 2,8; those of LAS.")] = "",
 ) -> None:
-    """Clouds of points: choose the ground, thin it, and connect it to a terrain that keeps the gaps of the survey."""
+    """Point clouds: choose the ground points, thin them, and connect them to a terrain; wide gaps stay gaps."""
     from rpf3d_core.imports.cloud import import_cloud
     from rpf3d_core.terrain.cloud_surface import CloudChoice
 
@@ -66,13 +66,15 @@ def layer(
     begin: Annotated[str | None, typer.Option("--from", help="Reference system of the file, if not stated.")] = None,
     end: Annotated[str | None, typer.Option("--to", help="Reference system to transform to: EPSG:32719.")] = None,
 ) -> None:
-    """Areas, lines or points: write a layer as GeoJSON, in the coordinate reference system of the terrain."""
+    """Areas, lines or points: write a layer as GeoJSON; --to transforms it to the reference system of the terrain."""
     from rpf3d_core.imports.layer import TYPES, import_layer
 
     if kind not in TYPES:
         raise InputError(f"--kind is {kind!r}; it must be one of {', '.join(TYPES)}")
-    count = import_layer(file, out, kind, layer, begin, end)  # type: ignore[arg-type]
+    written = import_layer(file, out, kind, layer, begin, end)  # type: ignore[arg-type]
+    count = written.number
     typer.echo(f"{count:,} {'geometry' if count == 1 else 'geometries'} in {out}" + f", in {end}" * bool(end))
+    print_warnings(written.notes)
 
 
 def _numbers(text: str) -> tuple[int, ...]:

@@ -49,6 +49,6 @@ def enclosed_cell(missing: NDArray[np.bool_]) -> tuple[int, int] | None:
         ring = np.array(geometry["coordinates"][0])
         (left, top), (right, bottom) = ring.min(axis=0), ring.max(axis=0)
         if min(left, top) > 0 and right < columns and bottom < rows:
-            row = int(top)
-            return row, int(np.flatnonzero(missing[row, int(left) : int(right)])[0] + left)
+            first = ring[ring[:, 1] == top, 0].min()  # the leftmost corner of the top row's cells of this gap
+            return int(top), int(first)
     return None

@@ -2,13 +2,16 @@
 
 import json
 import logging
+import math
+import re
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from rpf3d_core.errors import InputError, TerrainError
+from rpf3d_core.formats.units import LENGTHS
 from rpf3d_core.terrain.frame import FloatArray, Up
 
 if TYPE_CHECKING:  # rasterio takes a tenth of a second to import, and only a scene with a reference system needs it
@@ -18,7 +21,27 @@ GEOTIFF = (".tif", ".tiff")
 RANGE_OF_DEGREES = (180.0, 90.0)
 """Largest absolute longitude and latitude (degrees)."""
 
+SAME_UNIT = 1e-7
+"""Largest relative difference (-) of two lengths of one unit: files round the US survey foot, which is 2e-6 longer than
+the foot.
+"""
+NEARLY_A_METRE = 1e-4
+"""Largest relative difference (-) from a metre of a unit that counts as a metre, such as the German legal metre."""
+IN_METRES = "the same projection in metres, such as EPSG:26941 in place of EPSG:2225"
+"""A reference system that the user can name in place of one in feet."""
+_NAME_IN_WKT = re.compile(r'\w+\["([^"]+)"')
+
 logging.getLogger("rasterio").addHandler(logging.NullHandler())
+
+
+class SystemUnit(NamedTuple):
+    """The unit of length of a coordinate reference system that is not in metres.
+
+    name : such as "US survey feet"; key : key of `units.LENGTHS`, None if the unit has none
+    """
+
+    name: str
+    key: str | None
 
 
 def reference_system(name: str | None, up: Up) -> "CRS | None":
@@ -30,7 +53,7 @@ def reference_system(name: str | None, up: Up) -> "CRS | None":
     Raises
     ------
     InputError
-        The name is unknown, or the reference system is in degrees. A system in feet is not refused.
+        The name is unknown, or the reference system is not in metres.
     """
     if name is None:
         return None
@@ -40,38 +63,70 @@ def reference_system(name: str | None, up: Up) -> "CRS | None":
 
 
 def why_unusable(name: str) -> str | None:
-    """Return why a coordinate reference system cannot be used: it is unknown or in degrees; None if it can be used.
+    """Return why a coordinate reference system cannot be used: it is unknown or not in metres; None if it can be used.
 
-    The result completes a sentence that begins with the key. Units of length other than the metre are not recognised.
+    The result completes a sentence that begins with the key.
     """
-    from rasterio.errors import CRSError
-
-    try:
-        system = _named(name)
-    except CRSError:
+    if not is_known(name):
         advice = f"did you mean EPSG:{name.strip()}?" if name.strip().isdecimal() else "give one such as EPSG:31287"
         return f"is {name!r}, which is no known coordinate reference system; {advice}"
-    if system.is_geographic:
+    if is_in_degrees(name):
         return f"is {name!r}, which is in degrees; the terrain is in metres, and so must it be"
+    if unit := unit_unlike_metre(name):
+        return f"is {name!r}, which is in {unit.name}; the terrain is in metres, and so must it be: {_remedy(unit)}"
     return None
 
 
-def are_same(name: str, other: str) -> bool:
-    """Return True if two names mean the same coordinate reference system.
+def _remedy(unit: SystemUnit) -> str:
+    """Return what a user can do who named a reference system in another unit than the metre."""
+    if unit.key is None:
+        return "reproject the terrain to a system in metres, or leave it out"
+    return (
+        f"give terrain files in {unit.name} `unit: {unit.key}` (`rpf3d new`: --unit {unit.key}) and name {IN_METRES}, "
+        "or leave it out"
+    )
 
-    Raise rasterio's CRSError if a name is unknown.
+
+def unit_unlike_metre(name: str) -> SystemUnit | None:
+    """Return the unit of length of a reference system, such as EPSG:2225 in US survey feet; None if it is the metre.
+
+    The result is also None for a system that is unknown, in degrees or not projected, such as the grid of a mine.
     """
-    return bool(_named(name) == _named(other))
+    if not is_known(name) or not (system := _named(name)).is_projected:
+        return None
+    word, length = system.linear_units_factor
+    if math.isclose(length, 1.0, rel_tol=NEARLY_A_METRE):
+        return None
+    keys = (key for key, (_, metres) in LENGTHS.items() if math.isclose(length, metres, rel_tol=SAME_UNIT))
+    key = next(keys, None)
+    return SystemUnit(name=f"the unit {word!r}" if key is None else LENGTHS[key][0], key=key)
+
+
+def short_name(name: str) -> str:
+    """Return the name of a coordinate reference system for messages: of a definition (WKT), only the name in it."""
+    found = _NAME_IN_WKT.match(name)
+    return found[1] if found else name
+
+
+def is_known(name: str) -> bool:
+    """Return True if a name means a coordinate reference system."""
+    from rasterio.errors import CRSError
+
+    try:
+        _named(name)
+    except CRSError:
+        return False
+    return True
+
+
+def are_same(name: str, other: str) -> bool:
+    """Return True if two names mean the same coordinate reference system; an unknown name only equals itself."""
+    return name == other or (is_known(name) and is_known(other) and bool(_named(name) == _named(other)))
 
 
 def is_in_degrees(name: str) -> bool:
     """Return True if a coordinate reference system is known and in degrees, such as WGS84 (EPSG:4326)."""
-    from rasterio.errors import CRSError
-
-    try:
-        return bool(_named(name).is_geographic)
-    except CRSError:
-        return False
+    return is_known(name) and bool(_named(name).is_geographic)
 
 
 def system_in_metres(path: Path, stated: str | None, points: FloatArray) -> tuple[str | None, tuple[str, ...]]:
@@ -101,8 +156,9 @@ def system_in_metres(path: Path, stated: str | None, points: FloatArray) -> tupl
 def reference_system_of_file(path: Path) -> str | None:
     """Return the coordinate reference system that a file of terrain states: its EPSG code or else its definition (WKT).
 
-    Return None for a file without a reference system. Also return None if the system is in degrees or unknown, or the
-    file is damaged. The function that reads the file then reports damage and degrees; an unknown system is ignored.
+    Return None for a file without a reference system. Also return None if the system is unknown or not in metres, or
+    the file is damaged. The function that reads the file then reports damage, degrees and feet; an unknown system is
+    ignored.
     """
     stated = stated_reference_system(path)
     return None if stated is None or why_unusable(stated) else stated

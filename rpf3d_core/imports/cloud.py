@@ -11,7 +11,7 @@ from rpf3d_core.formats.mine.cloud import Cloud
 from rpf3d_core.formats.mine.clouds import TEXTS, read_cloud
 from rpf3d_core.formats.mine.xyz import CLASS_NAMES
 from rpf3d_core.formats.precision import lost_precision
-from rpf3d_core.formats.reference_system import are_same
+from rpf3d_core.formats.reference_system import IN_METRES, are_same, is_known, short_name, unit_unlike_metre
 from rpf3d_core.formats.surface import FileMesh
 from rpf3d_core.results.mesh_writer import check_mesh_path, write_mesh
 from rpf3d_core.terrain.cloud_surface import DEFAULT, CloudChoice, CloudSurface, cloud_surface
@@ -87,9 +87,24 @@ def _check_classes(files: Sequence[Path], clouds: Sequence[Cloud]) -> None:
 
 
 def _system_in_words(crs: str | None) -> str:
+    """Return a sentence on the reference system that all clouds state, and on the keys that the scene needs.
+
+    crs : name of the system, None if the files state none; it may be unknown, or in feet
+    """
     if crs is None:
         return "the files state no coordinate reference system; name it in the scene as `terrain: {crs: ...}`"
-    return f"coordinate reference system {crs}; name it in the scene as `terrain: {{crs: {crs!r}}}`"
+    if not is_known(crs):
+        return (f"the files state {short_name(crs)}, which is no known coordinate reference system; name yours in the "
+                "scene as `terrain: {crs: ...}`")  # fmt: skip
+    unit = unit_unlike_metre(crs)
+    if unit is None:
+        return f"coordinate reference system {crs}; name it in the scene as `terrain: {{crs: {crs!r}}}`"
+    sentence = (f"the files state {short_name(crs)}, which is in {unit.name}: if they are, so are the lengths above, "
+                "--cell and --widest")  # fmt: skip
+    if unit.key is None:
+        return f"{sentence}; reproject the files to a system in metres"
+    return (f"{sentence}; give the mesh `unit: {unit.key}` in the scene, and name {IN_METRES}, as `terrain: "
+            "{crs: ...}`")  # fmt: skip
 
 
 def _terrain_of(surface: CloudSurface) -> Terrain:

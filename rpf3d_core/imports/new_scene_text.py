@@ -92,7 +92,7 @@ def _terrain(found: NewScene) -> Iterator[str]:
         yield from (f"  {line}" for line in comment(words))
         yield f"  split: [{', '.join(map(_quoted, found.split))}]"
     if found.crs is None:
-        yield "  # crs: EPSG:32719   # CHECK: the file states no coordinate reference system; name yours"
+        yield "  # crs: EPSG:32719   # CHECK: the file states no coordinate reference system in metres; name yours"
     else:
         yield f"  crs: {_quoted(found.crs)}   # {'as the file states' if found.crs_is_stated else 'as you stated'}"
 

@@ -64,12 +64,16 @@ def kilojoules(value: float | None, side: Side = NEAREST) -> str:
     return UNKNOWN if value is None else f"{three_figures(value / 1000.0, side)} kJ"
 
 
+NEVER_BELOW_0: tuple[Words, ...] = (height, kilojoules)
+"""Functions for quantities that cannot be negative."""
+
+
 def interval(ends: Ends, words: Words) -> str:
     """Return an interval as text, rounded outward; if only one end is known, "at least ..." or "at most ...".
 
     An end with the text FARTHER counts as an end that is not known. If no end is known, the result is the text of the
-    lower end: UNKNOWN or FARTHER. A lower end of 0 gives no "at least", because no length and no energy is below 0: the
-    result is then UNKNOWN or, with FARTHER as upper end, "0.0 m to farther than known".
+    lower end: UNKNOWN or FARTHER. A lower end of 0 of a height or an energy is no information, because neither can be
+    below 0: without an upper end, the result is then UNKNOWN. A distance beyond the toe (`metres`) can be below 0.
 
     ends : lower and upper end, None for an unknown end, or None if both are unknown
     words : function that turns a number into text with its unit, such as `metres`
@@ -81,9 +85,7 @@ def interval(ends: Ends, words: Words) -> str:
         return low if high in (UNKNOWN, FARTHER) else f"at most {high}"
     if high not in (UNKNOWN, FARTHER):
         return f"{low} to {high}"
-    if low != words(0.0, LOW):
-        return f"at least {low}"
-    return UNKNOWN if high == UNKNOWN else f"{low} to {high}"
+    return UNKNOWN if words in NEVER_BELOW_0 and low == words(0.0, LOW) else f"at least {low}"
 
 
 def figure_cells(figure: ResultWithIntervals, words: Words) -> list[str]:

@@ -7,7 +7,13 @@ import pydantic.dataclasses
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
 
 from rpf3d_core.formats.meshes import LAYERED
-from rpf3d_core.formats.reference_system import are_same, reference_system_of_file, why_unusable
+from rpf3d_core.formats.reference_system import (
+    are_same,
+    reference_system_of_file,
+    stated_reference_system,
+    unit_unlike_metre,
+    why_unusable,
+)
 from rpf3d_core.formats.units import LENGTHS
 from rpf3d_core.scene.values import Along, InputFile, Name, Number, StrictModel, exactly_one, no_two_alike, refuse
 from rpf3d_core.terrain.benches.parameters import Benches
@@ -108,8 +114,8 @@ class TerrainSpec(StrictModel):
         "all berms of a wall in one layer; each surface becomes a zone, `NAME_1` the highest; left out: no split",
     )  # fmt: skip
     weld: Number = Field(1e-4, ge=0, description="a distance >= 0 (m), vertices nearer than this become one")
-    crs: Name | None = Field(None, description="the name of a coordinate reference system, such as EPSG:31287; "
-                             "left out: the system that the terrain files state")  # fmt: skip
+    crs: Name | None = Field(None, description="the name of a coordinate reference system in metres, such as "
+                             "EPSG:31287; left out: the system that the terrain files state")  # fmt: skip
 
     @model_validator(mode="after")
     def _one_origin(self) -> Self:
@@ -137,17 +143,33 @@ class TerrainSpec(StrictModel):
             raise refuse(why, "crs")
         found = self.crs_of_files()
         for i, crs in found.items():
-            first, name = next(iter(found.items())), self.files[i].path.name if self.files else ""
             if self.crs is not None and not are_same(self.crs, crs):
+                name = self.files[i].path.name if self.files else ""
                 raise refuse(f"is {self.crs!r}, but {name} is in {crs!r}; name that, or leave crs out", "crs")
-            if not are_same(first[1], crs):
-                raise refuse(f"is in {crs!r}, but files[{first[0]}] in {first[1]!r}; reproject one", "files", i, "path")
+        _refuse_different(found)
+        _refuse_different(self._unused_crs_of_files())
         return self
 
     def crs_of_files(self) -> dict[int, str]:
         """Return the coordinate reference system of each terrain file that states one, by index of the file."""
         found = {i: reference_system_of_file(file.path) for i, file in enumerate(self.files or ())}
         return {i: crs for i, crs in found.items() if crs is not None}
+
+    def _unused_crs_of_files(self) -> dict[int, str]:
+        """Return the stated reference systems that are not in metres but, for example, in feet, by index of the file.
+
+        The terrain does not have such a system, because the coordinates of the file are read in metres or converted.
+        """
+        found = {i: stated_reference_system(file.path) for i, file in enumerate(self.files or ())}
+        return {i: crs for i, crs in found.items() if crs is not None and unit_unlike_metre(crs)}
+
+
+def _refuse_different(found: dict[int, str]) -> None:
+    """Raise a PydanticCustomError if two files state different systems; found : stated system, by index of the file."""
+    first, expected = next(iter(found.items()), (0, ""))
+    for i, crs in found.items():
+        if not are_same(expected, crs):
+            raise refuse(f"is in {crs!r}, but files[{first}] in {expected!r}; reproject one", "files", i, "path")
 
 
 class ZoneSpec(StrictModel):

@@ -10,7 +10,13 @@ from rpf3d_core.errors import TerrainError
 from rpf3d_core.formats.grids import DEM_EXTENSIONS, read_dem
 from rpf3d_core.formats.meshes import EXPORTS, MESH_READERS
 from rpf3d_core.formats.precision import lost_precision
-from rpf3d_core.formats.reference_system import system_in_metres
+from rpf3d_core.formats.reference_system import (
+    IN_METRES,
+    short_name,
+    stated_reference_system,
+    system_in_metres,
+    unit_unlike_metre,
+)
 from rpf3d_core.formats.surface import FileMesh, facet_count, in_metres, usable
 from rpf3d_core.formats.units import LENGTHS, METRE
 from rpf3d_core.formats.whole_file import read_whole
@@ -156,7 +162,11 @@ def _read_files(spec: TerrainSpec) -> tuple[Terrain, tuple[str, ...], tuple[str,
         if spec.up != "z" and _extension(file.path) in DEM_EXTENSIONS:
             raise TerrainError(f"{file.path}: the heights of a grid are z, so it cannot be read with `up: {spec.up}`")
     surfaces = [read_surface(file.path, file.unit) for file in files]
-    remarks = tuple(remark for file, surface in zip(files, surfaces, strict=True) for remark in _remarks(file, surface))
+    remarks = tuple(
+        remark
+        for file, surface in zip(files, surfaces, strict=True)
+        for remark in (*_remarks(file, surface), *_on_system_in_feet(file, surface, spec.crs))
+    )
     surfaces = [in_metres(surface, file.unit) for file, surface in zip(files, surfaces, strict=True)]
     zone, zones = _zones(files, surfaces)
     points, frame = _local_points([surface.points for surface in surfaces], spec.up)
@@ -186,6 +196,32 @@ def _remarks(file: TerrainFile, surface: FileMesh) -> Iterator[str]:
             f"{file.path.name}: states that it is in {name}, and is read in {used}; templates often have a wrong unit, "
             f"so compare the extents: if it is in {name}, give the file `unit: {surface.unit}` (`rpf3d new`: --unit "
             f"{surface.unit})"
+        )
+
+
+def _on_system_in_feet(file: TerrainFile, surface: FileMesh, crs: str | None) -> Iterator[str]:
+    """Yield sentences on a file that states a reference system in feet or another unit than the metre.
+
+    The terrain is in metres, so it does not have this system. The statement may be wrong, so the file is not refused.
+
+    surface : content of the file; crs : reference system of the terrain, None if unknown
+    """
+    stated = stated_reference_system(file.path)
+    unit = None if stated is None else unit_unlike_metre(stated)
+    if stated is None or unit is None:
+        return
+    states = f"{file.path.name}: states {short_name(stated)}, which is in {unit.name}"
+    if unit.key is None:
+        yield f"{states}, and is read in {LENGTHS[file.unit or METRE][0]}; reproject it to a system in metres"
+    elif file.unit != unit.key and surface.unit != unit.key:  # `_remarks` reports a unit that the file itself states
+        yield (
+            f"{states}, and is read in {LENGTHS[file.unit or METRE][0]}: if its coordinates and heights are in "
+            f"{unit.name}, give it `unit: {unit.key}` (`rpf3d new`: --unit {unit.key})"
+        )
+    if crs is None:
+        yield (
+            f"{states}, but the terrain is in metres, so maps have no reference system; name {IN_METRES}, as "
+            "`terrain.crs` (`rpf3d new`: --crs)"
         )
 
 

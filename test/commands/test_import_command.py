@@ -30,7 +30,9 @@ def test_what_is_imported_is_checked_and_run_as_it_is(
     assert call(monkeypatch, "check", tmp_path / "scene" / "scene.yaml") == 0
     assert call(monkeypatch, "run", tmp_path / "scene" / "scene.yaml", "--out", tmp_path / "out") == 0
     notes = capsys.readouterr().err.splitlines()
-    unknown = "the terrain states no coordinate reference system; name it as `terrain.crs`, such as EPSG:32719"
+    unknown = (
+        "the terrain states no coordinate reference system in metres; name it as `terrain.crs`, such as EPSG:32719"
+    )
     same = [f"rpf3d: note: {unknown}"] * 2  # from check and from run
     assert notes == same, "an imported scene needs no other warning; .asc files state no system"
 

@@ -8,15 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
-from mine_files import EAST, NORTH, write_las, write_vector
+from mine_files import EAST, NORTH, write_las, write_surpac, write_vector
 from terrain_files import scene_of
 from typer.testing import CliRunner
 
-from rpf3d_core import cli
+from rpf3d_core import cli, imports
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.mine import vector_files
+from rpf3d_core.formats.mine.cloud import Cloud
+from rpf3d_core.formats.points import read_points
 from rpf3d_core.formats.polygons import read_polygons
-from rpf3d_core.formats.polylines import read_lines
+from rpf3d_core.formats.polylines import read_lines, read_lines_with_heights
 from rpf3d_core.formats.reference_system import stated_reference_system
 from rpf3d_core.imports.cloud import import_cloud
 from rpf3d_core.imports.layer import import_layer
@@ -97,7 +99,7 @@ def test_areas_in_degrees_are_transformed_to_the_terrain(tmp_path):
     out = tmp_path / "b.geojson"
     with pytest.raises(InputError, match="states no coordinate reference system; name it with --from"):
         import_layer(tmp_path / "a.geojson", out, end="EPSG:32719")
-    assert import_layer(tmp_path / "a.geojson", out, begin="EPSG:4326", end="EPSG:32719") == 1
+    assert import_layer(tmp_path / "a.geojson", out, begin="EPSG:4326", end="EPSG:32719") == (1, ())
     found = shapely.get_coordinates(read_polygons(out))
     assert np.abs(found - [*corners, corners[0]]).max() < 1e-3
     assert stated_reference_system(out) == "EPSG:32719"
@@ -133,6 +135,88 @@ def test_a_line_and_a_polygon_of_one_geopackage_have_their_own_reference_systems
     write_vector(path, [shapely.LineString([(0, 0), (1, 2)])], layer="crest")
     assert read_polygons(path) and read_lines(path)
     assert [stated_reference_system(path, kind) for kind in ("polygon", "line")] == ["EPSG:31287", "EPSG:32719"]
+
+
+CREST = [[0.0, 0.0, 812.5], [30.0, 1.0, 813.25], [60.0, -2.0, 815.0]]
+"""Points (m) of a crest line with heights."""
+
+
+def write_crest(path: Path) -> Path:
+    """Write the line CREST to a GeoJSON, GeoPackage, Shapefile, DXF or Surpac file."""
+    if path.suffix == ".geojson":
+        path.write_text(json.dumps({"type": "LineString", "coordinates": CREST}))
+    elif path.suffix == ".dxf":
+        document = pytest.importorskip("ezdxf", reason="ezdxf is not installed: it is in the extra `test`").new("R2010")
+        document.modelspace().add_polyline3d(CREST, dxfattribs={"layer": "CREST"})
+        document.saveas(path)
+    elif path.suffix == ".str":
+        write_surpac(path.with_suffix(".dtm"), np.array(CREST), np.array([[0, 1, 2]]))
+    else:
+        pytest.importorskip("pyogrio", reason="pyogrio is not installed: it is in the extra `mine`")
+        write_vector(path, [shapely.LineString(CREST)])
+    return path
+
+
+@pytest.mark.parametrize("end", [None, "EPSG:32719"])
+@pytest.mark.parametrize("name", ["a.geojson", "a.gpkg", "a.shp", "a.dxf", "a.str"])
+def test_a_line_keeps_its_heights_whatever_its_format(tmp_path: Path, name: str, end: str | None) -> None:
+    if end is not None:
+        pytest.importorskip("pyproj", reason="pyproj is not installed: it is in the extra `mine`")
+    import_layer(write_crest(tmp_path / name), tmp_path / "out.geojson", "line", begin="EPSG:32719", end=end)
+    (line,) = read_lines_with_heights(tmp_path / "out.geojson")
+    assert line == pytest.approx(np.array(CREST), abs=1e-3)
+
+
+def test_a_line_of_a_geopackage_of_which_some_points_have_no_height_keeps_the_others(tmp_path: Path) -> None:
+    pytest.importorskip("pyogrio", reason="pyogrio is not installed: it is in the extra `mine`")
+    crest = [CREST[0], [*CREST[1][:2], math.nan], CREST[2]]
+    lines = shapely.MultiLineString([crest, CREST])
+    import_layer(write_vector(tmp_path / "a.gpkg", [lines]), tmp_path / "out.geojson", "line")
+    first, second = read_lines_with_heights(tmp_path / "out.geojson")
+    assert np.array_equal(first, crest, equal_nan=True) and second.tolist() == CREST
+
+
+@pytest.mark.parametrize(("name", "lost"), [("a.gpkg", True), ("a.geojson", False)])
+def test_the_command_states_that_areas_lose_their_heights(tmp_path: Path, name: str, lost: bool) -> None:
+    area, out = shapely.Polygon([*CREST, [0, 9, 814]]), tmp_path / "out.geojson"
+    if name.endswith(".gpkg"):
+        pytest.importorskip("pyogrio", reason="pyogrio is not installed: it is in the extra `mine`")
+        write_vector(tmp_path / name, [area])
+    else:
+        (tmp_path / name).write_text(shapely.to_geojson(area))
+    printed = CliRunner().invoke(cli.app, ["import", "layer", str(tmp_path / name), "--out", str(out)])
+    assert ("heights of the file, if it has any, are left out" in " ".join(printed.stderr.split())) is lost
+    (written,) = json.loads(out.read_text())["features"]
+    assert shapely.from_geojson(json.dumps(written["geometry"])).has_z is not lost
+
+
+@pytest.mark.parametrize(("begin", "noted"), [("EPSG:2225", True), ("EPSG:26941", False)])
+def test_heights_that_may_stay_in_feet_are_noted(tmp_path: Path, begin: str, noted: bool) -> None:
+    pytest.importorskip("pyproj", reason="pyproj is not installed: it is in the extra `mine`")
+    (tmp_path / "a.geojson").write_text(json.dumps({"type": "Point", "coordinates": [2e6, 5e5, 812.5]}))
+    _, notes = import_layer(tmp_path / "a.geojson", tmp_path / "b.geojson", "point", begin=begin, end="EPSG:26941")
+    assert read_points(tmp_path / "b.geojson")[0, 2] == 812.5
+    assert [note.partition(" like ")[0] for note in notes] == [
+        "heights, if the file has any, did not change: if they are in US survey feet"
+    ] * noted
+
+
+def test_clouds_in_feet_state_the_keys_that_the_scene_needs(tmp_path: Path) -> None:
+    pytest.importorskip("laspy", reason="laspy is not installed: it is in the extra `mine`")
+    path = write_las(tmp_path / "a.laz", points_of_hill(), crs=2225)
+    made = import_cloud([path], tmp_path / "t.vtp")
+    assert "the files state EPSG:2225, which is in US survey feet" in made.sentences[-1]
+    assert "give the mesh `unit: us_ft` in the scene" in made.sentences[-1] and made.crs == "EPSG:2225"
+
+
+def test_clouds_in_a_reference_system_that_is_unknown_become_a_terrain(tmp_path: Path, monkeypatch) -> None:
+    """The system does not change the points, so only two clouds in different systems are refused."""
+    names = {"a.las": "EPSG:999999", "b.las": "EPSG:999998"}
+    monkeypatch.setattr(imports.cloud, "read_cloud", lambda path: Cloud(points_of_hill(), crs=names[path.name]))
+    made = import_cloud([tmp_path / "a.las"], tmp_path / "t.vtp")
+    assert made.sentences[-1].startswith("the files state EPSG:999999, which is no known coordinate reference system")
+    with pytest.raises(InputError, match=r"b\.las: is in 'EPSG:999998', but a\.las in 'EPSG:999999'; reproject one"):
+        import_cloud([tmp_path / "a.las", tmp_path / "b.las"], tmp_path / "t.vtp")
 
 
 @pytest.mark.parametrize("name", ["gone.shp", "gone.gpkg", "gone.geojson"])

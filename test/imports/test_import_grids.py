@@ -125,8 +125,9 @@ def test_ground_that_is_cut_off_at_a_corner_is_taken_and_has_no_zone_there(folde
 @pytest.mark.parametrize(
     ("missing", "cell"),
     [([(0, 3), (1, 3)], None), ([(2, 2)], (2, 2)), ([(2, 3), (3, 2)], (2, 3)), ([(3, 0), (2, 1), (1, 2)], None),
-     ([(4, 4)], None), ([], None), ([(0, 0), (2, 2)], (2, 2))],
-    ids=["bay", "gap", "gap over a corner", "bay over corners", "corner", "none", "both"],
+     ([(4, 4)], None), ([], None), ([(0, 0), (2, 2)], (2, 2)),
+     ([(0, 1), (1, 1), (1, 3), (2, 3), (3, 2), (3, 1)], (1, 3))],
+    ids=["bay", "gap", "gap over a corner", "bay over corners", "corner", "none", "both", "a bay beside the gap"],
 )  # fmt: skip
 def test_a_gap_is_missing_ground_that_does_not_reach_the_edge(
     missing: list[tuple[int, int]], cell: tuple[int, int] | None

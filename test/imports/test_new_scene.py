@@ -142,15 +142,32 @@ def test_a_crest_with_one_point_over_ground_is_left_out(monkeypatch: pytest.Monk
 
 
 def test_a_reference_system_that_the_file_states_is_kept(tmp_path: Path) -> None:
-    vertices, triangles = surveyed()
-    mesh = write_asc(tmp_path / "pit.asc", at_site(vertices), triangles)
-    with rasterio.open(mesh) as grid:
-        facts = {**grid.profile, "driver": "GTiff", "crs": "EPSG:32719"}
-        with rasterio.open(tmp_path / "pit.tif", "w", **facts) as file:
-            file.write(grid.read())
-    written = write_new_scene(tmp_path / "site", tmp_path / "pit.tif", FileChoice())
+    written = write_new_scene(tmp_path / "site", geotiff(tmp_path, "EPSG:32719"), FileChoice())
     assert 'crs: "EPSG:32719"   # as the file states' in written.path.read_text()
     assert read_scene(written.path).terrain.crs == "EPSG:32719"
+
+
+def geotiff(folder: Path, crs: str) -> Path:
+    """Write the surveyed terrain as a GeoTIFF with a reference system; return its path."""
+    vertices, triangles = surveyed()
+    mesh = write_asc(folder / "pit.asc", at_site(vertices), triangles)
+    with rasterio.open(mesh) as grid:
+        facts = {**grid.profile, "driver": "GTiff", "crs": crs}
+        with rasterio.open(folder / "pit.tif", "w", **facts) as file:
+            file.write(grid.read())
+    return folder / "pit.tif"
+
+
+def test_a_reference_system_in_feet_is_not_that_of_a_new_scene(tmp_path: Path) -> None:
+    pit = geotiff(tmp_path, "EPSG:2225")
+    written = write_new_scene(tmp_path / "site", pit, FileChoice(unit="us_ft"))
+    assert "# CHECK: the file states no coordinate reference system in metres; name yours" in written.path.read_text()
+    assert any("states EPSG:2225, which is in US survey feet" in warning for warning in written.warnings)
+    with pytest.raises(InputError, match=r"--crs is 'EPSG:2225', which is in US survey feet; .*--unit us_ft"):
+        write_new_scene(tmp_path / "other", pit, FileChoice(unit="us_ft", crs="EPSG:2225"))
+    written = write_new_scene(tmp_path / "named", pit, FileChoice(unit="us_ft", crs="EPSG:26941"))
+    assert read_scene(written.path).terrain.crs == "EPSG:26941"
+    assert not any("EPSG:2225" in warning for warning in written.warnings)
 
 
 def test_millimetres_and_y_up_are_read_as_told(tmp_path: Path) -> None:

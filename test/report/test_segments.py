@@ -24,7 +24,7 @@ from rpf3d_core.report.segments import (
     segments_of,
 )
 from rpf3d_core.report.toe import FAR, STEP, beyond_toe
-from rpf3d_core.report.words import UNKNOWN, height, interval, metres
+from rpf3d_core.report.words import UNKNOWN, height, interval, kilojoules, metres
 from rpf3d_core.runs.run import run_scene
 from rpf3d_core.scene.key_paths import with_values
 from rpf3d_core.scene.reading import read_scene
@@ -256,7 +256,10 @@ def test_unknown_ends_are_named() -> None:
     assert interval((1.2, None), height) == "at least 1.2 m"
     assert interval((1.2, 1e9), height) == "at least 1.2 m"
     assert interval((0.0, None), height) == interval((0.04, 1e9), height) == UNKNOWN, "a height is never below 0"
-    assert interval((0.0, 1e9), metres) == "0.0 m to farther than known"
+    assert interval((0.0, None), kilojoules) == UNKNOWN, "an energy is never below 0"
+    for end in (None, 1e9):
+        assert interval((0.0, end), metres) == "at least 0.0 m", "a rock may stop before the toe, at less than 0 m"
+        assert interval((-0.5, end), metres) == "at least -0.5 m"
     assert interval((None, 3.0), height) == "at most 3.0 m"
     assert interval((None, None), height) == UNKNOWN
     assert interval((1.0, 2.0), height) == "1.0 m to 2.0 m"

@@ -15,6 +15,7 @@ from rpf3d_core.cli import app
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.polygons import read_polygons
 from rpf3d_core.formats.polylines import read_lines
+from rpf3d_core.formats.units import LENGTHS
 from rpf3d_core.runs.check import Check, check_scene
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.prepared import prepare
@@ -226,10 +227,64 @@ def test_a_missing_reference_system_warns_and_never_refuses(folder):
     write_dxf(folder / "pit.dxf", SITE, TRIANGLES)
     shown, hints, refusal, report = seen(folder, "pit.dxf", [*MIDDLE, 0])
     assert shown["terrain"].endswith("(CRS not stated)") and refusal == "" and report.fit
-    assert hints == ["the terrain states no coordinate reference system; name it as `terrain.crs`, such as EPSG:32719"]
+    assert hints == [
+        "the terrain states no coordinate reference system in metres; name it as `terrain.crs`, such as EPSG:32719"
+    ]
     told = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::32719"}}
     _, hints, refusal, _ = seen(folder, "pit.dxf", [*MIDDLE, 0], area(folder, box(EAST + 3, NORTH + 3), crs=told))
     assert refusal == "" and "area ramp is in EPSG:32719; the terrain states none" in hints[1]
+
+
+IN_METRES = "the same projection in metres, such as EPSG:26941 in place of EPSG:2225"
+
+
+@pytest.mark.parametrize(
+    ("unit", "crs", "notes"),
+    [
+        ("m", "", ["is read in metres: if its coordinates and heights are in US survey feet, give it `unit: us_ft`",
+                   f"so maps have no reference system; name {IN_METRES}, as `terrain.crs`"]),
+        ("m", "  crs: EPSG:26941\n", ["is read in metres: if its coordinates and heights are in US survey feet"]),
+        ("us_ft", "", [f"so maps have no reference system; name {IN_METRES}, as `terrain.crs`"]),
+        ("us_ft", "  crs: EPSG:26941\n", []),
+    ],
+)  # fmt: skip
+def test_a_terrain_file_in_a_reference_system_in_feet_has_notes_until_unit_and_system_are_named(
+    folder, unit, crs, notes
+):
+    """A wrong unit changes heights by a factor of three, but the file may also state a wrong system."""
+    (folder / "pit.xml").write_text((folder / "pit.xml").read_text().replace("32719", "2225"))
+    point = [LENGTHS[unit][1] * each for each in [*MIDDLE, 0]]
+    _, _, refusal, report = seen(folder, f"pit.xml, unit: {unit}", point, of_terrain=crs)
+    assert refusal == ""
+    found = [each for each in report.faults.remarks if "states EPSG:2225, which is in US survey feet" in each]
+    assert len(found) == len(notes) and all(note in each for note, each in zip(notes, found, strict=True))
+
+
+def test_an_area_in_feet_asks_for_the_unit_of_the_terrain(folder):
+    """The advice to name the area's system as that of the terrain would lead to a refusal."""
+    pytest.importorskip("ezdxf", reason="ezdxf is not installed: it is in the extra `test`")
+    write_dxf(folder / "pit.dxf", SITE, TRIANGLES)
+    feet = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::2225"}}
+    ramp = area(folder, box(EAST + 3, NORTH + 3), crs=feet)
+    _, hints, refusal, _ = seen(folder, "pit.dxf", [*MIDDLE, 0], ramp)
+    assert refusal == "" and hints[1:] == [
+        "area ramp is in EPSG:2225, which is in US survey feet, and the terrain is in metres: if the coordinates of "
+        "the terrain file are in US survey feet, too, give it `unit: us_ft` (`rpf3d new`: --unit us_ft); name "
+        f"{IN_METRES}, as `terrain.crs`"
+    ]
+    _, _, refusal, _ = seen(folder, "pit.dxf", [*MIDDLE, 0], ramp, "  crs: EPSG:26941\n")
+    assert "area ramp is in EPSG:2225, and the terrain in EPSG:26941; transform it: rpf3d import layer" in refusal
+
+
+@pytest.mark.parametrize("of_terrain", ["", "  crs: EPSG:32719\n"])
+def test_an_unknown_reference_system_of_an_area_is_noted_and_not_compared(folder, of_terrain):
+    unknown = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::999999"}}
+    ramp = area(folder, box(EAST + 3, NORTH + 3), crs=unknown)
+    _, hints, refusal, report = seen(folder, "pit.xml", [*MIDDLE, 0], ramp, of_terrain)
+    assert refusal == "" and report.fit and hints == [
+        "area ramp: its file states EPSG:999999, which is no known coordinate reference system, so it is not compared "
+        "with the terrain"
+    ]
 
 
 def test_a_model_in_millimetres_is_noticed_by_its_relief_and_by_the_speed_of_its_rocks(folder):

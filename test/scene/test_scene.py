@@ -131,8 +131,41 @@ def test_two_reference_systems_of_one_terrain_are_refused_with_both(folder: Path
     ]
 
 
+def test_a_reference_system_in_another_unit_than_the_metre_is_refused_with_what_to_do(folder: Path) -> None:
+    (line,) = refusal(folder, SMALL.replace("terrain:", "terrain:\n  crs: EPSG:2225"))
+    assert line == (
+        "scene.yaml, line 2: `terrain.crs` is 'EPSG:2225', which is in US survey feet; the terrain is in metres, and "
+        "so must it be: give terrain files in US survey feet `unit: us_ft` (`rpf3d new`: --unit us_ft) and name the "
+        "same projection in metres, such as EPSG:26941 in place of EPSG:2225, or leave it out"
+    )
+    for crs, unit, remedy in (
+        ("EPSG:2222", "in feet;", "`unit: ft`"),
+        ("EPSG:2314", "in the unit \"Clarke's foot\";", "reproject the terrain to a system in metres, or leave it out"),
+    ):
+        (line,) = refusal(folder, SMALL.replace("terrain:", f"terrain:\n  crs: {crs}"))
+        assert unit in line and remedy in line
+    german_metre = SMALL.replace("terrain:", "terrain:\n  crs: EPSG:29371")
+    assert read(folder, german_metre).terrain.crs == "EPSG:29371", "its metre is 14 millionths longer"
+
+
+def test_a_reference_system_in_feet_that_a_file_states_is_not_used_and_never_refuses(folder: Path) -> None:
+    """The scene can name the same projection in metres; the file may be converted, or its statement wrong."""
+    write_geotiff(folder / "a.tif", "EPSG:2225")
+    scene = SMALL.replace("slope.obj, zone: hard", "a.tif, zone: hard, unit: us_ft")
+    assert read(folder, scene).terrain.crs is None
+    assert read(folder, scene.replace("terrain:", "terrain:\n  crs: EPSG:26941")).terrain.crs == "EPSG:26941"
+    write_geotiff(folder / "b.tif", "EPSG:2226")
+    both = scene.replace("us_ft}", "us_ft}\n    - {path: b.tif, zone: hard, unit: us_ft}")
+    assert refusal(folder, both) == [
+        "scene.yaml, line 4: `terrain.files[1].path` is in 'EPSG:2226', but files[0] in 'EPSG:2225'; reproject one"
+    ]
+
+
 @pytest.mark.long
-@pytest.mark.parametrize(("crs", "why"), [("EPSG:999999", "is no known coordinate"), ("EPSG:4326", "is in degrees")])
+@pytest.mark.parametrize(
+    ("crs", "why"),
+    [("EPSG:999999", "is no known coordinate"), ("EPSG:4326", "is in degrees"), ("EPSG:2225", "is in US survey feet")],
+)
 def test_a_reference_system_that_cannot_be_used_is_refused_with_its_line_and_nothing_else_is_said(
     folder: Path, crs: str, why: str
 ) -> None:

@@ -89,13 +89,13 @@ def test_the_command_on_layers_works_in_any_folder(tmp_path: Path, monkeypatch) 
     (found,) = warned(tmp_path / "mine", "survey/pit.dxf")
     command = shlex.split(found[found.index("rpf3d import layer") :])
     assert command[3:] == ["mine/survey/pit.dxf", "--kind", "line", "--layer", "LAYER", "--out", "mine/crests.geojson"]
-    assert import_layer(Path(command[3]), Path(command[-1]), "line", "CREST") == 1
+    assert import_layer(Path(command[3]), Path(command[-1]), "line", "CREST").number == 1
 
 
 def test_the_command_of_the_warning_writes_the_lines_of_one_layer(tmp_path: Path) -> None:
     ramp = [[x, y + 50.0] for x, y in CREST]
     (tmp_path / "pit.dxf").write_text(dxf(("RAMP", False, ramp), ("CREST", False, CREST)))
-    assert import_layer(tmp_path / "pit.dxf", tmp_path / "crests.geojson", "line", "CREST") == 1
+    assert import_layer(tmp_path / "pit.dxf", tmp_path / "crests.geojson", "line", "CREST").number == 1
     (line,) = read_lines(tmp_path / "crests.geojson")
     assert line.tolist() == CREST
     with pytest.raises(InputError, match="has no line on layer 'ROAD'; there are lines on CREST, RAMP"):
@@ -145,7 +145,7 @@ def test_areas_zones_berms_and_barriers_with_several_layers_are_warned_of_too(tm
     assert "uses all 2 polygons of its file, on 2 layers: ROAD (1), PIT_LIMIT (1); if some are no polygons of" in area
     command = f"{tmp_path / 'rings.dxf'} --kind polygon --layer LAYER --out {tmp_path / 'haul_road.geojson'}"
     assert f"rpf3d import layer {command}" in area
-    assert import_layer(tmp_path / "rings.dxf", tmp_path / "haul_road.geojson", "polygon", "ROAD") == 1
+    assert import_layer(tmp_path / "rings.dxf", tmp_path / "haul_road.geojson", "polygon", "ROAD").number == 1
     for name in ("rings.dxf", "lines.dxf"):
         (tmp_path / name).write_text(dxf(("ONE", True, RING), ("ONE", True, RING)))
     assert not list(warnings_of_layers(read_scene(tmp_path / "scene.yaml")))

@@ -8,7 +8,14 @@ import numpy as np
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.commands import path_in_a_command
-from rpf3d_core.formats.reference_system import are_same, is_in_degrees
+from rpf3d_core.formats.reference_system import (
+    IN_METRES,
+    are_same,
+    is_in_degrees,
+    is_known,
+    short_name,
+    unit_unlike_metre,
+)
 from rpf3d_core.formats.transformation import transformed_places
 from rpf3d_core.formats.units import LENGTHS
 from rpf3d_core.formats.words import either
@@ -188,7 +195,9 @@ def _terrain_hints(terrain: Extent, crs: str | None, up: str) -> Iterator[str]:
     elif not _is_too_large(terrain, up) and not _is_on_its_side(terrain, up):
         yield from beyond_utm(low, high, relief, crs)
     if crs is None and terrain.file is not None and max(abs(low).max(), abs(high).max()) > SURVEY:
-        yield "the terrain states no coordinate reference system; name it as `terrain.crs`, such as EPSG:32719"
+        yield (
+            "the terrain states no coordinate reference system in metres; name it as `terrain.crs`, such as EPSG:32719"
+        )
 
 
 def _units_in_words(width: float, relief: float) -> str:
@@ -285,14 +294,39 @@ def _swapped(box: Box) -> Box:
 
 
 def _unknown_systems(terrain: Extent, others: Sequence[Extent], crs: str | None) -> Iterator[str]:
-    """Yield a sentence for each reference system that other inputs state, if the terrain's reference system is unknown.
+    """Yield a sentence for each reference system of other inputs that cannot be compared with that of the terrain.
 
-    A system in degrees is left out. others : extents of the inputs other than the terrain
+    Either the stated system is unknown, or that of the terrain. A system in degrees is left out.
+
+    others : extents of the inputs other than the terrain; crs : reference system of the terrain, None if unknown
     """
-    if crs is None:
-        stated = {other.crs: other for other in others if other.crs is not None and not is_in_degrees(other.crs)}
-        for system, other in stated.items():
-            yield f"{other.name} is in {system}; the terrain states none: name it as `terrain.crs` if it is the same"
+    stated = {other.crs: other for other in others if other.crs is not None and not is_in_degrees(other.crs)}
+    for system, other in stated.items():
+        if not is_known(system):
+            yield (
+                f"{other.name}: its file states {short_name(system)}, which is no known coordinate reference system, "
+                "so it is not compared with the terrain"
+            )
+        elif crs is None:
+            yield _unknown_in_words(other, system)
+
+
+def _unknown_in_words(other: Extent, system: str) -> str:
+    """Return a sentence on an input that states a reference system, over a terrain without one.
+
+    other : extent of the input; system : the reference system that it states
+    """
+    unit = unit_unlike_metre(system)
+    if unit is None:
+        return f"{other.name} is in {system}; the terrain states none: name it as `terrain.crs` if it is the same"
+    same = "" if unit.key is None else (
+        f": if the coordinates of the terrain file are in {unit.name}, too, give it `unit: {unit.key}` (`rpf3d new`: "
+        f"--unit {unit.key})"
+    )  # fmt: skip
+    return (
+        f"{other.name} is in {short_name(system)}, which is in {unit.name}, and the terrain is in metres{same}; name "
+        f"{IN_METRES}, as `terrain.crs`"
+    )
 
 
 def _off_the_terrain(other: Extent, terrain: Extent, crs: str | None, up: str) -> Iterator[str]:
@@ -415,8 +449,12 @@ def refuse_other_systems(extents: Sequence[Extent], crs: str | None) -> None:
 def _is_in_another_system(other: Extent, crs: str | None) -> bool:
     """Return True if a file states another reference system than the terrain, and its coordinates are possible there.
 
+    A stated system that is unknown counts as none.
+
     crs : reference system of the terrain; None if unknown
     """
     if crs is None or other.crs is None or other.name == TERRAIN or are_same(other.crs, crs):
+        return False
+    if not is_known(other.crs):
         return False
     return not is_in_degrees(other.crs) or _looks_like_degrees(_plan(other, "z"))
