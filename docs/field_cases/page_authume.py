@@ -13,9 +13,9 @@ def section(results: Results) -> str:
     by_chance = wrapped(
         "*Wasserstein distance*: how far rocks must be moved on average to make the two distributions equal. The "
         f"41 blocks cannot reject a model whose distance is below {field['by_chance']:.1f} m in x and "
-        f"{field['side_by_chance']:.1f} m across, because chance alone makes such distances. For these limits, samples "
-        "of 41 blocks were drawn from the 41 blocks with replacement: the distance of 95 % of the samples from all "
-        "blocks is below the limit.\n"
+        f"{field['side_by_chance']:.1f} m across, because chance alone makes such distances. The limits come from "
+        "samples of 41 blocks, drawn from the 41 blocks with replacement: for 95 % of the samples, the distance "
+        "between the sample and all blocks is below the limit.\n"
     )
     return "\n".join([
         WORDS, "![Authume](../pictures/validation_authume.png)\n", _ends(results), by_chance,

@@ -13,36 +13,38 @@ VERDICT = """**No, not on a slope where the model was not calibrated.** Calibrat
 no rocks fell there, use ranges for the coefficients, and accept wide intervals.
 
 - **Coefficients from books give no reliable prediction.** With points and spheres, the error of the mean runout is
-  {book_low:+.0f} to {book_high:+.0f} m at Authume (field: 44 m) and {meadow_low:+.0f} to {meadow_high:+.0f} m at
-  Tschamut (field: 92 m). The error of another open program, without calibration, is {bar:+.0f} m (point) and
-  {bar_sphere:+.0f} m (sphere) at Tschamut.
+  {book_low:+.0f} to {book_high:+.0f} m at Authume (mean runout of the field: 44 m) and {meadow_low:+.0f} to
+  {meadow_high:+.0f} m at Tschamut (field: 92 m). At Tschamut, the error of another open program, without calibration,
+  is {bar:+.0f} m (point) and {bar_sphere:+.0f} m (sphere).
 - **After calibration, the intervals of points and spheres contain too few stops across the slope.** At Authume the
   lateral standard deviation of their rocks is {side_low:.1f} to {side_high:.1f} m (field: {field_side:.1f} m). Across
   the slope, 90 % intervals contain only {across_quarry_low} to {across_quarry_high} of the 41 stops that were kept out
-  of the calibration. Real blocks spread because of their shapes; points and spheres have no such shape.
+  of the calibration. Real blocks spread because of their shapes, which points and spheres do not have.
 - **Rocks with a shape spread as the blocks do at Authume.** Their lateral standard deviation is {shaped_side:.1f} m.
   The 90 % intervals contain {shaped_along_quarry} kept-out stops along the slope and {shaped_across_quarry} across. At
   Tschamut, the intervals contain {shaped_along_meadow} stops along, where 16 are expected (with two other seeds: 16
   and 14), and {shaped_across_meadow} across. The spread along the slope is too large there
   ({meadow_along:.0f} m, field: {field_along:.0f} m).
-- **Intervals that include the misfit of the model, as those of a calibrated run do, are wide enough**, except for
-  `constant` along the slope at Tschamut: they contain at least 80 % of the kept-out stops. But at Tschamut the misfit
-  of points and spheres is as large as the spread of the stops: such intervals repeat the spread of the field and
-  predict nothing.
+- **Intervals that include the misfit of the model are wide enough.** A run with a calibrated scene gives such
+  intervals. They contain at least 80 % of the kept-out stops, except for `constant` along the slope at Tschamut. But at
+  Tschamut the misfit of points and spheres is as large as the spread of the stops: such intervals repeat the spread of
+  the field and predict nothing.
 - **No model predicts kept-out stops clearly better than a curve without physics**: no model is better by two standard
   errors. The best model, rocks with a shape at Authume, is better than the curve by {gain:.2f} ± {doubt:.2f} (mean log
   density).
 - **Stops alone contain little information about the ground.** At Tschamut most coefficients stay nearly as uncertain as
   before the calibration.
-- **A calibration on one slope may be far too sure on another.** Calibrated at Authume, the models have errors of
-  {at_meadow} m at Tschamut (constant, Coulomb-limited, rigid sphere, rocks with a shape), and their 90 % intervals
-  contain {held_at_meadow} of 18 stops. Calibrated at Tschamut, the models have errors of {at_quarry} m at Authume, and
-  their intervals contain {held_at_quarry} of 41 stops.
-- **Values from single impacts give no reliable prediction either.** With these values, the errors of the first three
-  models are {impacts_quarry} m at Authume and {impacts_meadow} m at Tschamut.
-- **With ranges of the library, intervals contain most stops before any calibration**: {library_quarry} of 41 along the
-  slope at Authume and {library_meadow} of 18 at Tschamut. But most of these intervals [have no far
-  end](#do-predicted-intervals-contain-the-observed-stops). Across the slope they contain as few as {library_across}.
+- **A calibration on one slope may give far too narrow intervals on another slope.** All figures of this point are for
+  `constant`, `coulomb_limited`, the rigid sphere and rocks with a shape, in this order. Calibrated at Authume, the
+  models have errors of {at_meadow} m at Tschamut, and their 90 % intervals along the slope contain {held_at_meadow} of
+  18 stops. Calibrated at Tschamut, the models have errors of {at_quarry} m at Authume, and their intervals contain
+  {held_at_quarry} of 41 stops.
+- **Values from single impacts give no reliable prediction either.** With these values, the errors of the first three of
+  these models are {impacts_quarry} m at Authume and {impacts_meadow} m at Tschamut.
+- **With ranges of the library, intervals along the slope contain most stops before any calibration**: {library_quarry}
+  of 41 at Authume and {library_meadow} of 18 at Tschamut, depending on the model. But most of these intervals [have no
+  far end](#do-predicted-intervals-contain-the-observed-stops). Across the slope they contain as few as
+  {library_across}.
 """
 
 METHOD = """## How are field and simulation compared?
@@ -51,13 +53,13 @@ writes the page from the last measurement.
 
 - **Models**: `constant` and `coulomb_limited` with `ground: sliding`; the rigid sphere is `rock.shape: sphere` with
   `ground: sphere`; rocks with a shape have `contact: rigid`.
-- **Published values** are values for ground with the same description, chosen without knowledge of the stops, from two
-  libraries. 10,000 rocks at Authume and 9,000 at Tschamut fly with one value for each coefficient.
-- **Calibrated** is a sample of parameter sets from `rpf3d calibrate`, with one value for the whole site and a budget of
-  one hour. `python docs/field_cases/scenes.py FOLDER` writes the scenes. 64 sets of the sample fly over the slope of
-  their calibration, with 200 rocks each at Authume and 216 at Tschamut. (At Tschamut, only about 72 of the 216 rocks
-  with a shape count: those with the shape of the block of their run.) These rows show how well a model can fit, not how
-  well it predicts.
+- **Published values** come from two libraries. They are values for ground with the same description, and were chosen
+  without knowledge of the stops. 10,000 rocks at Authume and 9,000 at Tschamut fly with one value for each coefficient.
+- **Calibrated** is a sample of parameter sets from `rpf3d calibrate`, with one value of each coefficient for the whole
+  site, and a budget of one hour. `python docs/field_cases/scenes.py FOLDER` writes the scenes. 64 sets of the sample
+  fly over the slope of their calibration, with 200 rocks each at Authume and 216 at Tschamut. (At Tschamut, only about
+  72 of the 216 rocks with a shape count: those with the shape of the block of their run.) These rows show how well a
+  model can fit, not how well it predicts.
 - **Kept-out stops** show how well a model predicts. The stops are divided into groups (folds), and each group is
   predicted from a calibration with the other groups. The *score* is the mean logarithm of the predicted density at each
   stop; higher is better. The *curve* is a normal distribution without physics.
@@ -68,22 +70,22 @@ writes the page from the last measurement.
   without the rocks that did not stop. All other tables count rocks that did not stop as beyond every stop along the
   slope, so their counts differ a little.
 - **One basis**: the same functions evaluate field and simulation. All distances start at the mean drop point
-  (Authume) or the run's release (Tschamut), also for rocks that are released next to this place. For a rock that
+  (Authume) or at the run's release (Tschamut), also for rocks that are released next to this place. For a rock that
   left the terrain, the distance to the boundary counts, although the rock would have gone farther.
-- **Brackets**: in a row of the field or of published values, the brackets have the 95 % interval that follows from the
-  small number of blocks (bootstrap percentiles). In a row of calibrated values or ranges, the brackets have the 5th and
-  the 95th percentile of the results of the parameter sets, each flown alone. These percentiles include chance among the
-  rocks of one set, but not chance among the blocks.
+- **Brackets**: in a row of the field or of published values, the brackets show the 95 % interval that follows from the
+  small number of blocks (bootstrap percentiles). In a row of calibrated values or ranges, the brackets show the 5th and
+  the 95th percentile of the results of the single parameter sets. These percentiles include chance among the rocks of
+  one set, but not chance among the blocks.
 - **Narrower by** compares a calibrated coefficient with its prior: 1 minus the ratio of their standard deviations.
   Below 15 % (in **bold**) the stops hardly determine the coefficient. Below 0 the calibrated coefficient is less
   certain than its prior.
 - **Scores** have four columns: the calibrated model for kept-out stops, the model with its *prior*, the model with
-  published values (*books*; empty if none were compared) and the *curve*. *Effective samples*: see the
-  [glossary](../reference/glossary.md).
+  published values (*books*; empty if none were compared) and the *curve*. The [glossary](../reference/glossary.md)
+  explains *effective samples*.
 - **Other columns**: *sd* is the standard deviation, *rms* the root mean square; *p5* to *p95* are percentiles. *Not at
-  rest* is the share of rocks that did not stop. *Correlation over runs* is the correlation of simulated
-  and observed runouts. *Error of velocity* is the root mean square of the difference between simulated and observed
-  velocity as vectors, so it includes wrong directions. Angles are in degrees.
+  rest* is the share of rocks that did not stop. *Correlation over runs* is the correlation of simulated and observed
+  runouts. *Error of velocity* is the root mean square length of the vector difference between simulated and observed
+  velocity, so it includes wrong directions. Angles are in degrees.
 """
 
 COEFFICIENTS = "Calibrated coefficients:\n"
@@ -92,7 +94,7 @@ SCORES = "Kept-out stops:\n"
 
 AUTHUME = """## Authume quarry, profile P1
 In an open pit in France, a power shovel dropped 41 blocks of 178 to 1,751 kg. The terrain has 9,001 triangles in three
-zones (`config/scenes/authume_p1.yaml`). x is the direction along the profile, y points up, and z is the
+zones (`config/scenes/authume_p1.yaml`). In the data, x is the direction along the profile, y points up, and z is the
 lateral direction.
 
 - Simulated rocks are dropped up to 1 m to each side of each of the four drop points. Points and spheres have the
@@ -103,17 +105,19 @@ lateral direction.
 """
 
 TSCHAMUT = """## Tschamut 2014
-The data are 18 runs of blocks of 40 to 79 kg on an alpine meadow. Run v034 repeats run v033 to the last digit. All 18
-runs are used, so this stop counts twice in the calibration, and one copy may predict the other.
+The data are 18 runs of blocks of 40 to 79 kg on an alpine meadow. In the data, the runs v033 and v034 are equal to the
+last digit. All 18 runs are used, so the stop of these two runs counts twice in the calibration, and one copy may
+predict the other.
 
 - The terrain is not a survey but an approximation in cells of 5 m: a plane with interpolated deviations. Differences of
   some metres have no meaning.
 - The rocks of a run start within 0.5 m to each side of the run's release, with the velocity of the release. Points and
   spheres start one block's size above the ground, with the mean mass of all blocks. Rocks with a shape start three
-  radii above the ground. They have the mass and the three lengths of the run's block (an ideal equant body, stretched).
+  radii above the ground. They have the mass and the three lengths of the run's block (the shape is an ideal equant
+  block, stretched to these lengths).
 - The lateral direction is across the line from the mean release to the mean stop.
-- For comparison, the table has another open program, without calibration, on a survey with cells of 2 m (a point mass
-  and a sphere).
+- For comparison, the table has the results of another open program, without calibration, on a survey with cells of 2 m
+  (with a point mass and with a sphere).
 """
 
 OWN_RELEASE = """This table compares each stop with the simulated rocks that start at the release of the same run. The
@@ -122,23 +126,23 @@ other releases, and the intervals in the table *Kept-out stops* below are often 
 """
 
 AUTHUME_FAILS = """**Where the models fail.**
-- The intervals of points and spheres contain at most 25 of 41 kept-out stops across the slope, and those of
-  `coulomb_limited` only 27 along. With the misfit, 4 to 6 m, the intervals contain most stops: the error is in the
-  model, not in its coefficients.
+- The intervals of points and spheres contain at most 25 of 41 kept-out stops across the slope, and the intervals of
+  `coulomb_limited` only 27 along. With the misfit of 4 to 6 m, the intervals contain most stops: the error is in the
+  model, not in the coefficients.
 - The calibrated sphere has too little spread in x, and less than half of the field's spread across the slope.
 - The stops determine only combinations of coefficients. The correlation of R_n and R_t is {constant:.2f} (`constant`)
   and {limited:.2f} (`coulomb_limited`); the correlation of {pair} of the sphere is {sphere:.2f}.
-- The friction angle of `constant` is at the lower end of its range, too low for a rock slope. With `constant` no speed
-  is left when bouncing ends, and rocks slide on only if the ground is slippery. R_n of `coulomb_limited` is at the
-  lower end of its range.
+- The friction angle of `constant` is at the lower end of its range, and too low for a rock slope. The reason: with
+  `constant` no speed is left when bouncing ends, so rocks slide on only if the ground is slippery. R_n of
+  `coulomb_limited` is at the lower end of its range.
 - Of the calibrated models, only `coulomb_limited` differs in x from the blocks by more than chance explains.
 """
 
 TSCHAMUT_FAILS = """**Where the models fail.**
 - No model fits the seven runs that were released in the east, near (59, 258), where the approximated terrain is
-  gentler. Up to half of the rocks of a model stop there within 10 m of their release; no block did. For the other
-  eleven runs, the mean error of all calibrated models except `constant` is below 8 m. These data do not show whether
-  the terrain or the models are the reason.
+  gentler. Up to half of the rocks of a model stop there within 10 m of their release; no block stopped so near. For the
+  other eleven runs, the mean error of all calibrated models except `constant` is below 8 m. These data do not show
+  whether the terrain or the models are the reason.
 - Compared with the rocks of the same release, the intervals of points and spheres contain 0 to 7 of 18 stops along the
   slope, and 1 or 2 across.
 - No calibrated model distinguishes long runs from short runs. The correlation over runs is within 0.25 of zero; chance
@@ -166,7 +170,7 @@ runout is too short, which is unsafe. The field data alone do not decide between
 - at Authume: the spreads along and across the slope, the Wasserstein distance in x, and the number of kept-out stops
   that its intervals contain;
 - R_n at Authume, which is at the lower end of its range;
-- predictions with values of the other slope. With values from Tschamut, nearly half of its rocks do not stop in the
+- predictions with values of the other slope. With values from Tschamut, nearly half of the rocks do not stop in the
   quarry at Authume.
 
 At Chant Sura, `constant` is nearer to the six impacts with the published values of Hoek. `coulomb_limited` is nearer
@@ -178,8 +182,8 @@ The data are single impacts on an alpine meadow, without trajectories. The model
 the velocity before it. The *energy ratio* is the translational energy after the impact divided by the translational
 energy before it.
 
-- **Six impacts** (2.1 to 4.3 in the tables) of a block of 780 kg, with speeds along and into the ground. These two
-  speeds were computed from the height of the jump, not measured by a survey.
+- **Six impacts** (2.1 to 4.3 in the tables) of a block of 780 kg, with the speeds along and into the ground. These two
+  speeds are computed from the height of the jump; no survey measured them.
 - **Eleven contacts** of five other runs with blocks of 210, 250 and 780 kg. The velocities before and after each
   contact are known, but the slope of the ground is not. After six of the contacts the block moves downwards, so the
   ground there is not level. The tables assume slopes of 0, 15 and 30 degrees, falling in the direction of motion. In
@@ -190,23 +194,23 @@ energy before it.
 **Where the models fail.**
 - In one of the six impacts the translational energy is larger after the impact than before (ratio 1.11), because spin
   turned into speed. A model that never adds energy and starts without spin cannot show this.
-- The measured energy ratios of the six impacts differ by a factor of five, the ratios of any one model by a factor of
-  {widest:.1f} or less. A flat block lands on a face, an edge or a corner; none of these models distinguishes the three
-  cases.
+- The measured energy ratios of the six impacts differ by a factor of five. The ratios of each model differ by a factor
+  of at most {widest:.1f}. A flat block lands on a face, an edge or a corner; none of these models distinguishes the
+  three cases.
 - In the eleven contacts, slow blocks hit the ground at a steep angle; in the six impacts, fast blocks hit the ground at
   a shallow angle. With values of `constant` that are calibrated on the eleven contacts, the rocks keep far too little
   energy in the six impacts.
 """
 
 NOT_VALIDATED = """## What does this page not show?
-- Three sites, two of them meadows, with 41 + 18 blocks and 17 impacts are few. By chance, values from one site can look
-  good or bad at another.
+- Three sites (two of them meadows) with 59 blocks and 17 impacts are few. By chance, values from one site can look good
+  or bad at another site.
 - The page does not show whether a simulated difference between two designs is right.
 - Only end points and single impacts are compared. Bounce heights, speeds and energies along the path, on which the
   design of barriers depends, are not compared.
 - All points and spheres of a site have the same mass, and coefficients do not vary from impact to impact.
   Distributions in the scene (`normal_restitution: {mean: ...}`), `effects` and the real masses may give better results;
-  this was not measured.
+  no figure on this page shows whether they do.
 - Calibrated values are valid only with rpf3d's own rules for the end of bouncing and for sliding, not in another
   program or model.
 """

@@ -2,21 +2,22 @@
 
 BLOCKS = """## Rocks with a shape
 Here a rock is a rigid convex body (`rock.shape` with `contact: rigid`). The ground has three coefficients for the whole
-site: restitution, friction and rolling resistance. Calibrations, scores and predictions are in the tables above. This
-section, which `python docs/validation.py --blocks` measures, shows the effect of the shape.
+site: restitution, friction and rolling resistance. The tables above have calibrations, scores and predictions of these
+rocks. This section shows the effect of the shape; `python docs/validation.py --blocks` measures it.
 """
 
 BARS = """### Does a fit to x also give the lateral spread?
-Not reliably: of the five sets of values that fit x best, four spread wider across the slope than the goal.
+Not reliably: with four of the five sets of values that fit x best, rocks spread wider across the slope than the goal.
 
 The scene `config/scenes/authume_p1_blocks.yaml`, which comes with rpf3d, has one value for each of the three
-coefficients. A search tried 260 sets of values; with this set, the distribution of x is nearest to the distribution of
-the 41 blocks. The search did not use lateral figures, so the lateral figures in the table test the model.
+coefficients. A search tried 260 sets of values, and chose the set whose distribution of x is nearest to the
+distribution of the 41 blocks. The search did not use lateral figures, so the lateral figures in the table test the
+model.
 
 The values are within the 90 % intervals of the calibration. The figures in the table come from 4,000 rocks that the
-search did not use. A *goal* is the range that the developers demand of a figure; the goal of the lateral sd is the 95 %
-interval of the field. The next line has the values, and in brackets the Wasserstein distance in x (m) and the number of
-sets tried.
+search did not use. A *goal* is the range in which the developers want a figure to lie; the goal of the lateral sd is
+the 95 % interval of the field. The next line has the values, and in brackets the Wasserstein distance in x (m) and the
+number of sets tried.
 """
 
 PER_SHAPE = """### Which shape goes how far?
@@ -25,9 +26,10 @@ kg/m3, so SP2B is heavier than the heaviest of the 41 blocks.
 """
 
 PER_BLOCK = """### Does a block's shape decide where it stopped?
-Partly: with the proportions of each block, simulated and observed x correlate; with the mass alone they do not. Each of
-the 41 blocks is simulated with its own mass (first row), and with its own mass and three lengths (second row). The
-hulls are those of the four scanned blocks. L1, L2 and L3 are the three lengths of a block, the longest first:
+Partly: with the proportions of each block, simulated and observed x correlate; with the mass alone they do not. In the
+first row, each of the 41 blocks is simulated with its own mass, in the second row with its own mass and its three
+lengths. The shapes are the hulls of the four scanned blocks. L1, L2 and L3 are the three lengths of a block, the
+longest first:
 """
 
 AT_IMPACTS = """### Chant Sura with norm blocks of 24 corners
@@ -41,13 +43,13 @@ brackets the error of the speeds after the contacts (m/s) and the number of sets
 
 BLOCKS_FAIL = """**Where rocks with a shape fail.**
 - The lateral sd with the values of the scene is at the upper end of the field's interval. Restitution and rolling
-  resistance compensate each other in x, so x alone does not determine the spread. Of the five sets that fit x best,
-  four spread wider than the goal.
+  resistance compensate each other in x, so x alone does not determine the spread. With four of the five sets that fit x
+  best, rocks spread wider than the goal.
 - Rocks with the proportions of all 41 blocks go farther and spread wider than the blocks. The values of the scene
   were found with the four scanned blocks, and these are not a random sample of the 41 blocks.
 - With the coefficients of Authume, rocks at Chant Sura keep too much energy in five of the six fast, shallow impacts,
-  and too little speed after the eleven slow, steep contacts. No rock gains translational energy as one block did (ratio
-  1.11).
+  and too little speed after the eleven slow, steep contacts. No rock gains translational energy, but one block did
+  (ratio 1.11).
 - Three of the coefficients that are calibrated on the eleven contacts are at the edge of the search. Points and spheres
   fit these contacts better.
 """

@@ -2,8 +2,8 @@
 
 HEAD = """## Do predicted intervals contain the observed stops?
 On a slope without observations, each coefficient has a range. Here the prediction is the distribution of the rocks of
-64 parameter sets. Its 90 % interval *along the slope* contains the central 90 % of all rocks; its interval *across the
-slope*, the central 90 % of the rocks that stopped. At Tschamut each stop is compared with the rocks of its own run.
+64 parameter sets. The 90 % interval *along the slope* contains the central 90 % of all rocks. The interval *across the
+slope* contains the central 90 % of the rocks that stopped. At Tschamut each stop is compared with the rocks of its run.
 
 Rocks that did not stop count as beyond every stop along the slope. If they are 5 % or more of all rocks, the interval
 has no far end (*open*), and contains every stop beyond its near end.
@@ -20,8 +20,8 @@ rocks with a shape `ramms_medium` and `ramms_hard`. At Tschamut they are `soil`,
 The entries have no friction angle, no rolling friction of spheres and no rolling resistance, so a scene
 [assumes ranges](../howto/unknown-ground.md#take-ground-from-the-library). The assumed ranges are **not independent of
 the two sites**: the ranges of the friction angle and the rolling resistance are close to the priors of the calibrations
-on this page. In the second line of each pair, one value replaces each assumed range: the default angle of 30 degrees,
-or the middle of the range.
+on this page. Each model has two rows at each site. In the second row, one value replaces each assumed range: the
+default angle of 30 degrees, or the middle of the range.
 """
 
 TOO_SURE = """**With one assumed value, the intervals of points and spheres are far too narrow**, although restitution
@@ -37,11 +37,11 @@ ELSEWHERE = """### With a calibration on another slope
 The parameter sets of a calibration at one site predict the stops at the other site, without the misfit of the model.
 """
 
-TOO_SURE_ELSEWHERE = """**A calibration on another slope can be far too sure**, and you cannot know beforehand
-whether it is. With the calibrations at Authume, the intervals contain at most a third of the stops at Tschamut. With
-the calibrations at Tschamut, the intervals contain most stops at Authume, except for the Coulomb-limited model:
-Tschamut's stops leave most coefficients nearly as uncertain as before. On a slope without observations, use ranges of
-the library.
+TOO_SURE_ELSEWHERE = """**A calibration on another slope can give far too narrow intervals**, and you cannot
+know beforehand whether it does. With the calibrations at Authume, the intervals contain at most a third of the stops
+at Tschamut. With the calibrations at Tschamut, the intervals along the slope contain most stops at Authume, except for
+the Coulomb-limited model. The reason: Tschamut's stops leave most coefficients nearly as uncertain as before. On a
+slope without observations, use ranges of the library.
 """
 
 IMPACTS = """The next table has predictions with values from the eleven contacts of Chant Sura. Single impacts cannot
