@@ -78,13 +78,13 @@ This page lists every model and effect that a scene may name, with its parameter
 
 `rpf3d effects` prints this list, `rpf3d effects --json` the same for programs. `docs/effects.py` writes this page.
 
-Which models a scene has depends on the shape of its rocks:
+The shape of the rocks determines the models that a scene may name:
 
 | rocks | `rebound:` | `ground:` | `contact:` |
 |---|---|---|---|
-| points | one model | one model except `sphere` | |
-| spheres | | `sphere` or `none` | `coulomb_sphere` |
-| rocks with a shape | | | `rigid` |
+| points | one model | one model except `sphere` | refused |
+| spheres | refused | `sphere` or `none` | `coulomb_sphere` |
+| rocks with a shape | refused | refused | `rigid` |
 
 A scene may have any number of effects; [effects by shape](effects-by-shape.md) shows on which rocks each effect acts.
 **An effect that the scene does not name is not imported, compiled or simulated, and uses no random numbers.** You
@@ -105,16 +105,17 @@ effects: {roughness: {angle_sd_deg: 8}}
 | D | derived, or checked from first principles |
 | UNCONFIRMED | general knowledge: check it before you base a decision on it |
 
-If a parameter has only a mark, its source is the source of the model.
+If the column *source* has only a mark, the source of the parameter is that of the model or effect.
 
 ## What does each model or effect cost?
-*Time* is the CPU time to simulate the rocks, divided by the CPU time with the defaults (`coulomb_limited`, `sliding`),
-without compiling; median of {passes} alternating measurements. *Runout* is the change of the mean horizontal distance
-from release to end. A fragment counts as a rock released where the parent rock broke. The parent rock does not count.
+*Time* is the CPU time to simulate the rocks, divided by the CPU time with the defaults (`coulomb_limited`, `sliding`);
+the median of {passes} alternating measurements, without compiling. *Runout* is the relative change of the mean
+horizontal distance from release to end. A fragment counts as a rock that was released where the whole rock broke; the
+whole rock does not count.
 
-`make effects` measures both with {rocks:,} rocks on a wall of one synthetic pit (150,000 triangles,
-`docs/effects_wall.yaml`). For other pits they show only the order of magnitude. For parameters without a default, this
-scene has invented values: do not take them as advice.
+`make effects` measures time and runout with {rocks:,} rocks on a wall of one synthetic pit (150,000 triangles,
+`docs/effects_wall.yaml`). For other pits, the figures show only the order of magnitude. Parameters without a default
+have invented values in these measurements: do not take the values as advice.
 
 """
 TEXTS = {

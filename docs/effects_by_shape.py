@@ -17,9 +17,9 @@ SHAPES = ("point", "sphere", "body")
 HEAD = """# Effects by shape
 This page lists which effects act on which rocks.
 
-`rock.shape` decides the kind of the rocks: `point`, `sphere`, or a body (`box`, `family` or `files`). If a scene names
-a refused effect, the scene is refused, and the message names the effect. `docs/effects_by_shape.py` writes this page,
-and `test/scene/test_effects_by_shape.py` checks each cell of the table.
+`rock.shape` determines the kind of the rocks: `point`, `sphere`, or a body (`box`, `family` or `files`). *Refused*
+means that rpf3d refuses a scene that names the effect for these rocks; the message names the effect.
+`docs/effects_by_shape.py` writes this page, and `test/scene/test_effects_by_shape.py` checks each cell of the table.
 
 """
 ON_BODIES = """

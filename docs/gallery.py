@@ -10,8 +10,8 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "examples.md"
 HEAD = """# Examples
 
-Short, complete Python scripts, to run and to change. Each script writes into the folder `out/` in the current folder.
-The pictures show the results.
+These are short, complete Python scripts that you can run and change. Scripts that write files write them into the
+folder `out/` in the current folder. The pictures show the results of the scripts.
 """
 NONE_YET = "The folder `examples/` has no scripts yet.\n"
 COMMAND = """

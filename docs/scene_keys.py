@@ -44,11 +44,11 @@ sources: [{name: west, line: [[-570, -10, 0], [-570, 40, 0]], above_ground: 1, v
 - Positions are in the input's own axes and coordinates. Azimuths are clockwise from north: from y towards x or, with
   `up: y`, from -z towards x.
 - Paths are relative to the scene file.
-- A key that does not exist, or a value out of bounds, is refused. The message has the file, the line, the key and what
-  would be right.
+- A key that does not exist, or a value out of bounds, is refused. The message shows the file, the line, the key and
+  what would be right.
 - YAML aliases: `*name` is a copy of the value with the anchor `&name`. A message about the copy has the key of the copy
-  and the line of the original. All aliases of a file may repeat at most 100,000 values. Refused are merge keys (`<<`),
-  and an alias inside the value of its own anchor.
+  and the line of the original. All aliases of a file may repeat at most 100,000 values. Merge keys (`<<`), and an alias
+  inside the value of its own anchor, are refused.
 - In the tables, a value without a stated type is a number; (-) means without a unit. The text after *left out* applies
   if the scene does not have the key.
 """
@@ -59,13 +59,15 @@ A source has exactly one of the keys `points`, `points_file`, `line`, `crest`, `
 - **Places.** Rocks are assigned to points in turn. On a line, a polygon or a zone they start at random places: all
   places along the line, or on the inclined surface of the polygon or zone (not its area in plan), are equally likely.
 - **Heights.** With `above_ground`, points may be `[x, y]` (with `up: y`: `[x, z]`), and heights in the file of a source
-  are not used. rpf3d warns if they differ from the ground by more than 2 m plus `above_ground` in the median.
+  are not used. rpf3d warns if the median difference between these heights and the ground is above 2 m plus
+  `above_ground`.
 - **Files of lines** (`.geojson .gpkg .shp .dxf .str`) need `above_ground`. Rocks are spread over the length of all
   lines of the file, also of all layers of a DXF file; rpf3d warns of several layers.
 - **Order of points.** The points of a line must be in their order along the crest: rpf3d warns of a line that turns
   back and would be shorter in another order. Rocks also start along the last segment of a closed line, which leads back
   to the first point; rpf3d warns if this segment is long, or if the line has at most five points.
-- **Polygons.** If part of a polygon is outside the terrain, `rpf3d check` prints how much of it is on the terrain.
+- **Polygons.** If part of a polygon is outside the terrain, `rpf3d check` prints the share of the polygon that is on
+  the terrain.
 - **Size.** A source may have its own `diameter`, `mass` or `volume`; density and shape are always those of `rock`. The
   live node refuses a scene in which a source has a size.
 - **Speed.** A source has `velocity`, or `speed` with `azimuth_deg`. A release speed above 10,000 m/s is refused.
@@ -81,20 +83,21 @@ is the middle of the slope. Here a *berm* is a level step between two faces, not
 Zones from the top: `crest`, `face_1`, `berm_1`, `face_2` and so on, `floor`. Materials may name them by pattern
 (`face_*`). A source with `crest: 1` releases rocks along the middle half of the upper edge of `face_1`, at
 `above_ground`. `roughness` moves the points of crest, faces, berms and floor normal to the surface (the floor by a
-third), but not their edges: from an edge, its effect grows over the first 3 m.
+third). The edges of these surfaces stay in place: the effect of `roughness` grows over the first 3 m from an edge.
 """
 POINTS = """## Files of points
 | file | content |
 |---|---|
 | text with spaces between the numbers | x y z first on each line; a `#` begins a comment |
 | CSV: a comma, semicolon or tab in the first line | the columns that the header names, otherwise the first three \
-columns; without a header, a first column that grows by 1 in each line is refused, because it may be the numbers of \
-the points; a line that begins with `#` is a comment |
+columns; a line that begins with `#` is a comment |
 | `.geojson`, `.json` | Points and MultiPoints, `[x, y, z]` in the input's coordinates |
 | `.gpkg`, `.shp`, `.dxf`, `.str` | points, as [file formats](formats.md) describes |
 
-- A first line without a number is a header. It names x, y and z, in any order, among any other columns; capitals do
-  not matter.
+- A first line without a number is a header. It names x, y and z, in any order, among any other columns, in upper or
+  lower case.
+- Without a header, a file with more than three columns is refused if its first column grows by 1 in each line: this
+  column may have the numbers of the points.
 - Other names of x are `east`, `easting`, `e`; of y `north`, `northing`, `n`; of z `elevation`, `elev`, `height`,
   `altitude`, `alt`, `rl`. With `up: y`, only the names x, y and z are accepted.
 - A name may state a unit of length, from which the numbers are converted to m: `E (mm)`, `N [ft]`, `z_m`. Without a
@@ -106,9 +109,9 @@ ROCKS = """## rocks
 The total number of rocks; `--rocks` of `rpf3d run` replaces it. Without this key, each source flies its own `rocks`.
 
 - With a number, sources share the total in proportion to their own `rocks`.
-- With `auto`, first at least 1,000 rocks fly. Then their number doubles, at least twice, until it is sufficient for
-  `target`, or until another doubling would exceed `most_rocks`. Each doubling keeps the proportions of the sources. The
-  summary has the intervals after each doubling.
+- With `auto`, first at least 1,000 rocks fly. Then the number of rocks doubles, at least twice, until it is sufficient
+  for `target`, or until another doubling would exceed `most_rocks`. Each doubling keeps the proportions of the sources.
+  The summary has the intervals after each doubling.
 """
 TARGET = """\
 The places of the target are the areas of interest or, in a scene without areas, all zones that rocks
@@ -117,10 +120,10 @@ enough: the share of rocks that reached the place, the share that stopped there,
 20 rocks reached the place).
 """
 MATERIALS = """\
-A zone has the material with its exact name; otherwise the first material whose pattern fits (`bench_*`); otherwise
-`default`. A part of a split zone without a material of its own name has the material of the whole zone. A material
-other than `default` is refused if its name fits no zone of the terrain. Capitals count: the pattern of layers such as
-`FACES_NORTH` is `FACES_*`.
+A zone has the material with the exact name of the zone; otherwise the first material whose pattern matches this name,
+such as `bench_*`; otherwise `default`. A part of a split zone without a material of its own name has the material of
+the whole zone. A material other than `default` is refused if its name matches no zone of the terrain. Upper and lower
+case differ: the pattern of layers such as `FACES_NORTH` is `FACES_*`.
 
 A material has coefficients for one kind of rocks; coefficients of both kinds together are refused:
 
@@ -139,16 +142,21 @@ density. `rpf3d check` prints mass and size.
 TERRAIN = """\
 A terrain has exactly one of the keys `files`, `pit` and `benches`. Files are meshes, grids, files of mine planning
 programs, or clouds of points: [all formats](formats.md). Heights of a grid are at the centres of cells; NODATA is a
-hole. Maps have the reference system `crs`; a terrain file that states another one is refused.
+hole. Maps have the reference system `crs`, which must be in metres; a terrain file that states another system in
+metres is refused. A terrain file may state a [system in feet](formats.md#reference-systems).
 
-A gap up to 20 mm wide between a vertex and the edge of another facet, as from rounding, is
+An open seam up to 20 mm wide between a vertex and the edge of another facet, for example from rounding, is
 [closed](../explanation/never-below.md#how-does-rpf3d-close-open-seams): the facet is cut, its first part keeps the
-number of the facet, and the other parts follow after all facets. `rpf3d check` states how many gaps were closed.
+number of the facet, and the other parts follow after all facets. `rpf3d check` prints the number of closed seams.
 
-In a zone of `split`, a surface with at least 2 % of the zone's area becomes a zone of its own. A smaller surface of at
-least 100 m2 also becomes a zone, if its mean height is more than 3 m above or below all heights of each of these large
-surfaces. Surfaces whose mean heights differ by less than 3 m are one zone. Every other surface joins the zone nearest
-in height. A note states which surfaces joined a zone whose mean height differs from their own by more than 3 m.
+The surfaces of a zone of `split` become zones as follows:
+
+- A surface with at least 2 % of the zone's area (a large surface) becomes a zone.
+- A smaller surface of at least 100 m2 also becomes a zone, if its mean height is more than 3 m above or below all
+  heights of each large surface.
+- Surfaces whose mean heights differ by less than 3 m are one zone.
+- Every other surface joins the zone nearest in height. A note reports surfaces whose mean height differs by more than
+  3 m from that of the zone that they joined.
 """
 ZONES = """\
 A facet belongs to the zone if its centroid lies inside one of the polygons in plan.
@@ -180,12 +188,12 @@ bench table can use this name. If a berm cuts a facet into parts, the first part
 Example: `berms: [{name: haul_road, along: [[0, 0], [120, 40]], height: 2, width: 6, crest: 1}]`
 """
 AREAS = """\
-An area of interest outside the terrain is refused. If part of an area is outside, `rpf3d check` prints how much of it
-is on the terrain. Files with polygons or lines, here and elsewhere, are GeoJSON, GeoPackage, Shapefile, DXF or
-Surpac strings: [file formats](formats.md#areas-lines-and-points).
+An area of interest outside the terrain is refused. If part of an area is outside, `rpf3d check` prints the share of the
+area that is on the terrain. Files with polygons or lines, here and elsewhere, are GeoJSON, GeoPackage, Shapefile, DXF
+or Surpac strings: [file formats](formats.md#areas-lines-and-points).
 """
 HAZARD = """\
-The maps, with an example: [outputs.md](outputs.md#hazard).
+[What a run writes](outputs.md#hazard) describes the maps, with an example of this section.
 """
 DRAWS = """## Distributions
 If a table of this page has "or a distribution", a distribution may replace the number. `min` and `max` cut the
@@ -288,7 +296,7 @@ CALIBRATION = """\
 ([how-to](../howto/calibrate-a-ramp.md)). A run ignores the section.
 
 - **Unknowns.** The calibration determines at most 12 `unknowns` of this section, and all other unknowns of the scene,
-  such as the ranges of a library. If both have a range for a value, the range of this section applies.
+  such as the ranges of a library. If two ranges are given for a value, the range of this section applies.
 - **Columns.** `mass_column` and `shape_column` name columns of the file of end points, at any place in the file. A
   simulated rock is then compared only with blocks of about its mass, and of its shape.
 - **Heights** of stops are not compared, so x and y are enough.

@@ -1,6 +1,6 @@
 """A run in ten lines.
 
-A hundred rocks leave the crest of a synthetic open pit. The script prints where each rock stops.
+A hundred rocks leave the crest of a synthetic open pit. The script prints where and when each rock stops.
 """
 
 from pathlib import Path

@@ -1,6 +1,6 @@
 """Your own mesh and zones.
 
-The terrain consists of three mesh files, one for each zone. A polygon marks a fourth zone on them.
+The terrain consists of three mesh files, one for each zone. A polygon marks a fourth zone on the floor.
 The script prints the share of rocks that stop in each zone.
 """
 

@@ -1,8 +1,8 @@
 """Your own rebound model.
 
-The class `Sand` in `scenes/sand.py` is a rebound model: its normal restitution decreases with the speed of the impact.
-The scene `scenes/sand.yaml` uses this model. The script flies the same rocks with the model `constant` and with `Sand`,
-and compares the distances at which the rocks stop.
+The class `Sand` in `examples/scenes/sand.py` is a rebound model: the faster a rock moves into the ground, the smaller
+its normal restitution. The scene `examples/scenes/sand.yaml` uses this model. The script flies the same rocks with the
+model `constant` and with `Sand`, and compares the distances at which the rocks stop.
 """
 
 from pathlib import Path

@@ -1,7 +1,7 @@
 """A hazard map as GeoTIFF.
 
-Every run writes its hazard maps as GeoTIFF files, which a GIS can open. The script reads the map of reach probability,
-and prints the area of the cells that at least 1, 5 and 10 % of the rocks reach.
+`write_run` writes the hazard maps of a run as GeoTIFF files, which a GIS can open. The script reads the map of reach
+probability. It prints the total area of the cells that at least 1 % of the rocks reach, and the same for 5 and 10 %.
 """
 
 from pathlib import Path

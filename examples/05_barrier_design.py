@@ -1,8 +1,8 @@
 """The design of a barrier.
 
-The script first places a barrier with capacity 0, which stops no rock, where a fence is planned. This barrier counts
-the rocks and records their energy and height. From these figures the script chooses a fence, flies the rocks again, and
-prints the share of the rocks that the fence catches.
+The script first places a barrier where a fence is planned. With capacity 0, the barrier stops no rock: it only counts
+the rocks and records their energies and heights. From these figures the script chooses a fence. It then flies the rocks
+again, and prints the share of the rocks at the fence that the fence catches.
 """
 
 import json

@@ -1,8 +1,8 @@
 """The price of accuracy.
 
 rpf3d computes the exact place of each impact, event by event. Other programs move rocks in fixed time steps. The script
-flies the same rocks with both methods. For each length of the time step, it prints the error in the place of the first
-impact and the number of steps per rock.
+flies the same rocks with both methods. For each length of the time step, the script prints the median error in the
+place of the first impact, and the mean number of steps of a rock.
 """
 
 from pathlib import Path

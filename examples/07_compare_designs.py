@@ -1,8 +1,8 @@
 """Two designs of a slope.
 
-A berm protects a road below a face. In design A the berm is six metres from the toe of the face; in design B it is at
-the toe. The script flies the same rocks over both designs, and `rpf3d compare` shows which differences are more than
-chance.
+A berm (a ridge of loose rock) protects a road below a face. In design A the berm is six metres from the toe of the
+face; in design B it is at the toe. The script flies the same rocks over both designs. `rpf3d compare` then shows which
+differences are larger than those that chance alone makes.
 """
 
 import json

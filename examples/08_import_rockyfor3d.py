@@ -1,7 +1,8 @@
 """A project of Rockyfor3D.
 
 The script writes a small input folder of Rockyfor3D, with one grid in each file. `rpf3d import` makes a scene from
-the folder, and prints what it imported and what it did not: read both lists before you trust a runout.
+the folder, and prints two lists: what it imported, and what it left out. Read both lists before you trust a runout.
+The script then flies 100 rocks, and prints the share of the rocks that reach level ground.
 """
 
 import shutil

@@ -1,7 +1,8 @@
 """A replay in rerun.
 
-A run writes a recording of its rocks, `run.rrd`. The rerun viewer plays the recording over the terrain.
-The script prints the command that opens the recording; with `--open` it opens the viewer, which needs a display.
+`write_run` writes a recording of the rocks, `run.rrd`. The rerun viewer plays the recording over the terrain.
+The script prints the command that opens the recording. With `--open`, the script opens the viewer, which needs a
+display.
 """
 
 import subprocess

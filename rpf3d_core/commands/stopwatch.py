@@ -32,7 +32,7 @@ class RunTimes:
     """
 
     def __init__(self) -> None:
-        """Set `began`: the start of the process or, for a second command in the same process, the present time."""
+        """Set `began`: the start of the process or, for a second command in the same process, the current time."""
         self.began = next(_STARTS, time.perf_counter())
         self.measured_s = 0.0
 

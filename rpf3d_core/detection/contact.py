@@ -80,7 +80,10 @@ def of_a_point(locator: object) -> float:
 
 @model_function
 def plain_locator(locator: object) -> Any:
-    """Return the part of a locator that searches contacts of lumped masses, for searches that ignore the radius."""
+    """Return the part of a locator that searches exact contacts of lumped masses, for heights above the ground.
+
+    Such a search ignores the radius of a sphere, and does not use fixed time steps.
+    """
 
 
 @plain_locator.otherwise

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from rpf3d_core.arc import Arc, position, time_over, velocity
 from rpf3d_core.detection.closest import closest_facet
-from rpf3d_core.detection.contact import NO_CONTACT, Contact, PreviousContact, first_contact
+from rpf3d_core.detection.contact import NO_CONTACT, Contact, PreviousContact, first_contact, plain_locator
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.terrain.facet_geometry import REACH, stored_normal
 from rpf3d_core.terrain.facets import Facets
@@ -57,6 +57,12 @@ def stepped(
     """
     distance = math.sqrt(threshold) if squared else threshold
     return Stepped(locator=locator, dt=dt, threshold=distance, look=distance + LOOK * size, every_step=every_step)
+
+
+@plain_locator.rule(Stepped)
+def locator_of_heights(method: Stepped) -> Any:
+    """Return the locator without steps: effects such as drag layers have the exact height above the ground."""
+    return method.locator
 
 
 @first_contact.rule(Stepped)

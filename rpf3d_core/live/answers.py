@@ -158,7 +158,8 @@ def answers(
     began, scene = time.perf_counter(), standing.scene
     released = released_over(standing, trigger, around)
     outlines, digests = standing.areas_with(areas), standing.digests_with(areas)
-    tallies = standing.empty_tallies(outlines, released.fastest, released.highest, trigger.diameters)
+    highest = released.highest(standing.ground.facets.high[2])
+    tallies = standing.empty_tallies(outlines, released.fastest, highest, trigger.diameters)
     clusters = _clusters(standing, trigger, released, tallies, outlines, size.cluster)
     names, groups = tuple(outlines), [cluster.sources for cluster in clusters]
     elsewhere = calibrated_elsewhere(standing.sets, trigger.positions, around.map_origin, groups)

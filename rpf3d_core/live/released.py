@@ -80,13 +80,15 @@ class Released:
     around: ReleaseSpread
     doubtful: str = ""
 
-    @property
-    def highest(self) -> float:
-        """Upper bound of the height of the releases (m, local frame), from which the bins of the maps are chosen.
+    def highest(self, top: float) -> float:
+        """Return an upper bound of the height of the releases (m, local frame); -inf without sources.
 
-        The bound holds only if the ground under spread rocks is no higher than their source.
+        The bins of the maps are chosen from this bound. A spread rock may start over higher ground than its source.
+
+        top : height of the terrain's highest point (m, local frame)
         """
-        return float(np.nanmax(self.places[:, 2] + np.nan_to_num(self.heights), initial=-np.inf))
+        highest = np.where(np.isfinite(self.heights), top + self.heights, self.places[:, 2])
+        return float(np.nanmax(highest, initial=-np.inf))
 
     @property
     def fastest(self) -> float:

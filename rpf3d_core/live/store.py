@@ -136,7 +136,7 @@ class Store:
         self._waiting: deque[StoredSurvey] = deque()
         self._changed = threading.Condition()
         self._last, self._patches, self._busy, self._closed = "", 0, False, False
-        self._gap = False  # a survey is missing on the disk, so patches cannot continue from the disk
+        self._gap = False  # a survey is missing or damaged on the disk, so patches cannot continue from the disk
         self.fault = self._unlocked
         self._thread = threading.Thread(target=self._run, name="store", daemon=True)
         self._thread.start()
@@ -147,8 +147,8 @@ class Store:
         ground : the new terrain; survey : the whole survey that the terrain was built from, or the last patch
         is_patch : True if the survey is a patch; a patch that replaced the whole terrain is stored as a whole survey
 
-        A patched terrain is copied and stored whole after `most_patches` patches, if a survey is missing on disk, or if
-        no survey has been stored yet. The copy takes some hundredths of a second.
+        A patched terrain is copied and stored whole after `most_patches` patches, if a survey is missing or damaged on
+        disk, or if no survey has been stored yet. The copy takes some hundredths of a second.
         """
         follows = ground.patches > 0 and self._patches < self._most and self._last and not self._gap
         upon = self._last if follows else ""
@@ -170,9 +170,13 @@ class Store:
     def follow(self, last: StoredSurveys) -> None:
         """Continue after a restart from the surveys that are in this folder, so that later patches are added to them.
 
+        If a patch could not be read, the next patched terrain is stored whole, in place of all files: a later restart
+        would not read patches behind the damaged file.
+
         last : these surveys, from `read_last`
         """
         self._last, self._patches = last.pieces[-1].digest, len(last.pieces) - 1
+        self._gap = last.unread > 0
 
     def flush(self, timeout: float | None = None) -> bool:
         """Wait until no survey is left to write, at most `timeout` (s); return True if none is left."""

@@ -1,7 +1,8 @@
 """Give new values to keys of a scene, named by key paths such as `materials.gray.friction`; check the new scene.
 
 A key path has the keys of the scene file with dots between them. `*` stands for all keys of a mapping, so
-`materials.*.friction` is one value for all materials. An item of a list has its number, from 0, or its name.
+`materials.*.friction` is one value for all materials. An item of a list has its number, from 0, or its name. The key of
+a user's own class is its import path, as in `effects.stones.Stones.tilt_deg`.
 """
 
 from collections.abc import Iterator, Mapping
@@ -16,6 +17,8 @@ from rpf3d_core.scene.faults import NOT_SCENE_KEYS, faults_of, nearest_key
 from rpf3d_core.scene.library import LIBRARY, keys_of_entry, models_of, ranges_of
 from rpf3d_core.scene.material import POINT_KEYS, Material
 from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.models.keys import EffectsSpec, ReboundSpec
+from rpf3d_core.scene.models.own import OWN
 from rpf3d_core.scene.values import StrictModel
 
 ALL = "*"
@@ -113,22 +116,6 @@ def _is_changed(changes: Any, steps: Steps) -> bool:
     return isinstance(changes, _Value)
 
 
-def value_at(scene: Scene, path: str) -> Any:
-    """Return the value at a key path of a scene.
-
-    If the path has `*`, return the value at the first place that matches.
-
-    Raises
-    ------
-    SceneError
-        The key path leads to no value of the scene.
-    """
-    part: Any = scene
-    for step in steps_to(scene, path)[0]:
-        part = getattr(part, str(step)) if isinstance(part, BaseModel) else part[step]
-    return part
-
-
 def steps_to(scene: Scene, path: str) -> list[Steps]:
     """Return the places in a scene that a key path stands for: one, or several if the path has `*`.
 
@@ -169,22 +156,39 @@ def _walk(scene: Scene, part: Any, rest: str, path: str, before: Steps) -> Itera
         advice = _whole_path(scene, path) or _on_terrain(scene, path)
         raise SceneError(f"{scene.path}: {_refusal(part, first, path, keys)}{advice}")
     key = max(fitting, key=len)  # names of zones may have dots
-    step, inner = keys[key]
-    yield from _walk(scene, inner, rest[len(key) + 1 :], path, (*before, step))
+    steps, inner = keys[key]
+    yield from _walk(scene, inner, rest[len(key) + 1 :], path, (*before, *steps))
 
 
-def _keys(part: Any) -> dict[str, tuple[str | int, Any]]:
-    """Return, for each key below a part of a scene, its step (key or list number) and value; {} for a single value."""
+def _keys(part: Any) -> dict[str, tuple[Steps, Any]]:
+    """Return, for each key below a part of a scene, the steps that lead to its value, and the value.
+
+    The result is {} for a single value.
+    """
     if isinstance(part, BaseModel):
-        names = [name for name in type(part).model_fields if name not in NOT_SCENE_KEYS]
-        return {name: (name, getattr(part, name)) for name in names}
+        listed = type(part).model_fields.items()
+        names = [name for name, field in listed if name not in NOT_SCENE_KEYS and field.alias != OWN]
+        return {name: ((name,), getattr(part, name)) for name in names} | _keys_of_own_classes(part)
     if is_dataclass(part) and not isinstance(part, type):
-        return {field.name: (field.name, getattr(part, field.name)) for field in fields(part)}
+        return {field.name: ((field.name,), getattr(part, field.name)) for field in fields(part)}
     if isinstance(part, Mapping):
-        return {str(key): (key, value) for key, value in part.items()}
+        return {str(key): ((key,), value) for key, value in part.items()}
     if isinstance(part, tuple):
-        numbers = {str(i): (i, item) for i, item in enumerate(part)}
-        return numbers | {item.name: (i, item) for i, item in enumerate(part) if hasattr(item, "name")}
+        numbers: dict[str, tuple[Steps, Any]] = {str(i): ((i,), item) for i, item in enumerate(part)}
+        return numbers | {item.name: ((i,), item) for i, item in enumerate(part) if hasattr(item, "name")}
+    return {}
+
+
+def _keys_of_own_classes(part: BaseModel) -> dict[str, tuple[Steps, Any]]:
+    """Return, for the import path of each class of a user, the steps that lead to its parameters, and the parameters.
+
+    Parameters that the scene does not state are left out. The result is {} for sections other than `rebound` and
+    `effects`.
+    """
+    if isinstance(part, EffectsSpec):
+        return {own.path: (("own", i, "values"), own.values) for i, own in enumerate(part.own)}
+    if isinstance(part, ReboundSpec) and part.own is not None:
+        return {part.own.path: (("own", "values"), part.own.values)}
     return {}
 
 

@@ -146,7 +146,9 @@ and a single number would make intervals too narrow (docs/explanation/validation
 ENTRIES: Mapping[str, LibraryMaterial] = {
     # 0.33 and 0.83 are Pfeiffer & Bowen's, 0.65 and 0.75 STONE's for lava and carbonate, 0.99 Hoek's for clean rock.
     "bedrock": _books("bedrock, any", (0.33, 0.65), (0.75, 0.99)),
-    # 0.30 to 0.35 and 0.45 (STONE, loose clastic), 0.70 (Giani), 0.85 (Pfeiffer & Bowen), 0.38 (Rockyfor3D class 4).
+    # R_n: 0.30 is Giani's and Pfeiffer & Bowen's, 0.42 the upper end of Rockyfor3D's class 4. STONE's value for loose
+    # clastic rock, 0.45, lies above the range. R_t: 0.55 is STONE's for loose clastic rock, 0.70 Giani's, 0.85 Pfeiffer
+    # & Bowen's. The lower end, 0.45, has no source: the lowest mean for debris is 0.489 (Robotham, vegetated pile).
     "talus": _books("talus and debris, any", (0.30, 0.42), (0.45, 0.85)),
     # 0.15 and 0.40 are STONE's for colluvium, 0.25 and 0.55 Giani's, 0.30 and 0.82 Pfeiffer & Bowen's.
     "soil": _books("soil, any", (0.15, 0.30), (0.40, 0.82)),

@@ -137,7 +137,7 @@ class ObservedSpec(StrictModel):
 
 
 class Scene(StrictModel):
-    """All settings of a run. Equal scenes with equal files give equal results."""
+    """All settings of a run. Equal scenes with equal files give equal results with the same version of rpf3d."""
 
     path: Path = Field(description="the scene file")
     terrain: TerrainSpec = Field(description="a mapping with files, pit or benches")

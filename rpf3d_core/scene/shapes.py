@@ -64,6 +64,11 @@ class ShapeSpec(StrictModel):
         return self
 
 
+def is_point(shape: Any) -> bool:
+    """Return True if a scene file's value of `rock.shape` stands for points; None for a scene without this key."""
+    return shape in (None, POINT, {SPHERE: False})
+
+
 def names_sphere(rock: Any) -> bool:
     """Return True if a scene file's value of `rock` names the shape `sphere`."""
     return isinstance(rock, Mapping) and rock.get("shape") in (SPHERE, {SPHERE: True})
@@ -74,7 +79,7 @@ def shape_values(value: Any) -> Any:
 
     Raise a PydanticCustomError if the value is neither a mapping nor one of the words `point` and `sphere`.
     """
-    if value is None or value == POINT or value == {SPHERE: False}:
+    if is_point(value):
         return None
     if value == SPHERE:
         return {SPHERE: True}

@@ -11,7 +11,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from rpf3d_core.materials.distributions import Distribution, truncated_normal, uniform_between
 from rpf3d_core.scene.draws import rising
-from rpf3d_core.scene.models.own import is_own
+from rpf3d_core.scene.models.own import OWN, is_own
 from rpf3d_core.scene.values import Count, InputFile, Number, StrictModel, refuse
 
 PRIOR = "prior"
@@ -111,7 +111,7 @@ def with_priors_apart(values: Mapping[str, Any]) -> Mapping[str, Any]:
     for root in ROOTS:
         if root in values and any(True for _ in _priors_in(values[root], (root,))):
             found |= dict(_priors_in(values[root], (root,)))
-            roots[root] = _middles_in(values[root])
+            roots[root] = _middles_in(values[root], (root,))
     if not found:
         return values
     given = values.get("unknowns") or {}
@@ -123,20 +123,23 @@ def with_priors_apart(values: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _priors_in(value: Any, path: tuple[str, ...]) -> Iterator[tuple[str, PriorSpec]]:
-    """Yield the key path and the prior of each `{prior: ...}` in a value of a scene.
-
-    Parameters of users' models and effects are skipped.
-
-    path : the keys that lead to the value
-    """
+    """Yield the key path and the prior of each `{prior: ...}` in a value of a scene; path : keys that lead to it."""
     if not isinstance(value, Mapping):
         return
-    if PRIOR in value:
+    if _is_prior(value, path):
         yield ".".join(path), _prior(value, path)
         return
     for key, inner in value.items():
-        if isinstance(key, str) and not (path[0] in ("rebound", "effects") and len(path) == 1 and is_own(key)):
-            yield from _priors_in(inner, (*path, key))
+        yield from _priors_in(inner, (*path, str(key)))
+
+
+def _is_prior(value: Mapping[str, Any], path: tuple[str, ...]) -> bool:
+    """Return True if a mapping in a scene is `{prior: ...}`; path : the keys that lead to the mapping.
+
+    The mapping of a user's own class to its parameters is not, although a parameter may have the name `prior`.
+    """
+    own = path[0] in ("rebound", "effects") and (path[1:] == (OWN, "values") or (len(path) == 2 and is_own(path[1])))
+    return PRIOR in value and not own
 
 
 def _prior(value: Mapping[str, Any], path: tuple[str, ...]) -> PriorSpec:
@@ -166,10 +169,13 @@ def _sentence(detail: Any) -> tuple[str, tuple[str | int, ...]]:
     return f"must be {FORMS}, but {'.'.join(map(str, detail['loc'])) or 'it'} is wrong", ()
 
 
-def _middles_in(value: Any) -> Any:
-    """Return a value of a scene in which each `{prior: ...}` is replaced by the middle of the prior."""
+def _middles_in(value: Any, path: tuple[str, ...]) -> Any:
+    """Return a value of a scene with the middle of each prior in place of `{prior: ...}`; path : keys that lead to it.
+
+    Each `{prior: ...}` is one that `_priors_in` yields.
+    """
     if not isinstance(value, Mapping):
         return value
-    if PRIOR in value:
-        return PriorSpec.model_validate(value[PRIOR]).middle
-    return {key: _middles_in(inner) for key, inner in value.items()}
+    if _is_prior(value, path):
+        return _prior(value, path).middle
+    return {key: _middles_in(inner, (*path, str(key))) for key, inner in value.items()}

@@ -267,7 +267,8 @@ def engine_of(name: str, facets: Facets, caps: CapFacets | None = None, pieces: 
 def stepping(engine: Engine, dt: float, threshold: float, squared: bool = False, every_step: bool = False) -> Engine:
     """Return a copy of the engine that finds contacts in fixed time steps, to show the errors of that method.
 
-    The method is `detection.stepped`. The heights from `ground_below` of the copy are still exact.
+    The method is `detection.stepped`. The heights from `ground_below` of the copy are still exact, and so are the
+    heights on which effects depend (`parabola.height_for_effects`).
 
     dt : time step, s; threshold : distance to a facet below which the rock is in contact, m, or m2 if `squared` is True
     squared : True to compare the squared distance with the threshold

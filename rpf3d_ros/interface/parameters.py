@@ -155,7 +155,8 @@ class SimulatorParameters(SourceParameters):
     region_size: float = parameter(
         50.0,
         "side (m) of squares in plan; a message of sources replaces a waiting message of its topic if each square with "
-        "a source of the waiting message also has a source of the new message",
+        "a source of the waiting message also has a source of the new message. No effect if the site file has a "
+        "scan_period_s",
         1.0, 1e5,
     )  # fmt: skip
     expected_topics: tuple[str, ...] = parameter(

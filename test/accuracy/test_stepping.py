@@ -11,9 +11,12 @@ from rpf3d_core.accuracy.flown import flight_seconds, spread
 from rpf3d_core.accuracy.numerical import Steps
 from rpf3d_core.arc import Arc, position, time_over
 from rpf3d_core.detection.closest import closest_facet, closest_point, distance_to_facet
+from rpf3d_core.detection.contact import plain_locator
+from rpf3d_core.effects.drag_layer import DragLayer
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.stream import taken
 from rpf3d_core.simulation.engines import Engine, stepping
+from rpf3d_core.simulation.parabola import height_for_effects
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import STANDARD_GRAVITY, Outcome
 
@@ -134,6 +137,15 @@ def test_a_step_longer_than_the_threshold_tunnels_through_the_ground(name: str) 
     assert lost.mean() > 0.5, "at 10 m/s a step is 1 m, ten times the band of 2 x 0.05 m"
     held = fly(stepped_over(name, floor(), 1e-3, 0.05), flight(surface()), x, v).deposits
     assert (held.outcome == Outcome.STOPPED).all()
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_effects_have_the_exact_height_above_the_ground_whatever_the_steps_are(name: str) -> None:
+    layer = DragLayer(coefficient=500.0, height=2.0, accuracy=0.01, gravity=G, edges=np.empty((0, 4)))
+    engine = stepped_over(name, floor(), 0.1, 0.05, squared=True)
+    for z in (0.1, 1.99, 2.01, 30.0):
+        height = height_for_effects(layer, plain_locator(engine.method), engine.facets, (0.3, 0.2, z))
+        assert height == pytest.approx(z, abs=ROUNDING)
 
 
 @pytest.mark.parametrize("name", ENGINES)

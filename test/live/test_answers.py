@@ -6,6 +6,7 @@ from itertools import count, islice, pairwise
 import numpy as np
 import pytest
 from live_ground import ENGINES, over_the_wall, pit_scene, pit_standing
+from watched_road import standing_over
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.convergence import is_enough, step_of
@@ -153,6 +154,17 @@ def test_rocks_spread_around_their_source_at_its_height_above_the_ground(tmp_pat
     assert off.max() <= 15.0 and off.max(axis=0).min() > 13.0
     assert np.ptp(release[:, 2]) > 1.0, "the ground is level here: nothing is shown"
     assert above == pytest.approx(np.full(300, standing.ground.engine.ground_below(place[None])[0, 0]), abs=1e-6)
+
+
+def test_the_map_of_heights_has_rocks_that_start_over_higher_ground_than_their_source():
+    y, x = np.mgrid[0:61, 0:81].astype(float)
+    standing = standing_over(np.stack([x, y, np.where(x < 20.0, 31.0, 0.0)], axis=-1))
+    trigger = trigger_of(np.array([[22.0, 30.0, 1.0]]), np.array([[3.0, 0.0, 0.0]]), None, 7)
+    *_, answer = flown(standing, trigger, ReleaseSpread(position=10.0, above_ground=15.0), first=500)
+    height = answer.maps.cells.height
+    known = np.isfinite(height.p95)
+    assert height.p95[known].max() > 36.0, "rocks start 15 m above the wall of 31 m, and fly over the foot"
+    assert (height.p95 <= height.largest)[known].all()
 
 
 def test_without_a_spread_every_rock_starts_where_its_source_was_seen(tmp_path):

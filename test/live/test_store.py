@@ -171,6 +171,25 @@ def test_a_damaged_patch_leaves_the_terrain_before_it_and_a_sentence(tmp_path):
     assert second.name in last.faults[0]
 
 
+def test_patches_after_a_damaged_patch_are_read_at_the_next_restart(tmp_path):
+    """They were once stored behind the damaged file, where a later restart did not read them."""
+    kept(tmp_path, grid(), *PATCHES)
+    second = sorted(tmp_path.glob("patch*"))[1]
+    second.write_bytes(second.read_bytes()[:-9])
+    last, store, workshop = read_last(tmp_path), Store(tmp_path), Workshop()
+    ground = last.ground(workshop)
+    store.follow(last)
+    for patch in (PATCHES[2], PATCHES[1]):
+        ground = workshop.patched(ground, patch)
+        store.keep(ground, patch)
+        assert store.flush(20.0)
+    store.close(20.0)
+    after = read_last(tmp_path)
+    assert (after.unread, after.faults) == (0, ())
+    assert [piece.upon != "" for piece in after.pieces] == [False, True], "a whole terrain, then patches again"
+    assert after.ground(Workshop()).digest == ground.digest
+
+
 def test_a_disk_that_cannot_be_written_to_is_a_fault_told_and_no_more(tmp_path):
     ground, store = Workshop().whole(grid()), Store(tmp_path / "store")
     (tmp_path / "store" / LOCK).unlink()

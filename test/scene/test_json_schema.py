@@ -143,6 +143,7 @@ SHORTHANDS: dict[str, dict[str, Any]] = {
     "a user's rebound": {"rebound": "sand.Sand"},
     "a user's effect": {"effects": {"sand.Sand": {"depth": 1}}},
     "an unknown number": {"stop_speed": {"prior": {"min": 0.1, "max": 1}}},
+    "an unknown number of a user's effect": {"effects": {"sand.Sand": {"depth": {"prior": {"min": 0.1, "max": 1}}}}},
     "an unknown mean": {"materials": {"default": {"normal_restitution": {
         "mean": {"prior": {"min": 0.3, "max": 0.5}}, "sd": 0.1, "min": 0.1, "max": 0.8}, "tangential_restitution": 1}}},
     "a material of the library": {"materials": {"default": {"library": "hoek_bedrock"}}},

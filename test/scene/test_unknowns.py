@@ -1,5 +1,6 @@
 """Tests of unknown values of a scene, and of materials from the library."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -75,6 +76,55 @@ def test_the_unknowns_of_a_calibration_are_ignored_by_a_run(tmp_path: Path) -> N
     assert not scene.has_unknowns and scene.calibration is not None
     assert scene_digest(scene) == scene_digest(scene_of(tmp_path, KNOWN))
     assert scene_digest(scene_of(tmp_path, replaced(KNOWN))) != scene_digest(scene)
+
+
+OWN_CLASSES = """\
+from typing import NamedTuple
+
+
+class Sand(NamedTuple):
+    speed: float = 5.0
+    prior: float = 1.0
+"""
+"""A file of a user with a class that may be named as rebound model or effect; one parameter has the name `prior`."""
+OWN_SCENE = KNOWN.replace("effects: {roughness: {angle_sd_deg: 6}}", "{own}")
+UNKNOWN_SPEED = "{own.Sand: {speed: {prior: {min: 2, max: 8}}}}"
+STOP_SPEED = "stop_speed: {prior: {min: 0.4, max: 0.6}}"
+
+
+def of_own_class(folder: Path, lines: str) -> Scene:
+    """Return a scene with further lines that may name the class `own.Sand`."""
+    (folder / "own.py").write_text(OWN_CLASSES)
+    return scene_of(folder, OWN_SCENE.replace("{own}", lines))
+
+
+@pytest.mark.parametrize("more", ["", STOP_SPEED])
+@pytest.mark.parametrize("key", ["rebound", "effects"])
+def test_a_prior_of_a_users_own_class_is_an_unknown(tmp_path: Path, key: str, more: str) -> None:
+    scene, path = of_own_class(tmp_path, f"{key}: {UNKNOWN_SPEED}\n{more}"), f"{key}.own.Sand.speed"
+    known = of_own_class(tmp_path, f"{key}: {{own.Sand: {{speed: 5}}}}")
+    assert scene.unknowns is not None
+    assert list(scene.unknowns.priors) == [path, *(["stop_speed"] if more else [])]
+    assert scene.unknowns.priors[path] == PriorSpec(min=2, max=8)
+    assert (scene.rebound, scene.effects) == (known.rebound, known.effects)
+    drawn = sets_of_scene(scene).at(3)
+    flown, written = with_values(scene, drawn), of_own_class(tmp_path, f"{key}: {{own.Sand: {{speed: {drawn[path]}}}}}")
+    assert drawn[path] != 5.0
+    assert (flown.rebound, flown.effects) == (written.rebound, written.effects)
+
+
+def test_a_wrong_prior_of_a_users_own_class_is_refused_with_its_key(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=r"line 6: `effects\.own\.Sand\.speed\.prior` must be .* but has no max"):
+        of_own_class(tmp_path, "effects: {own.Sand: {speed: {prior: {min: 2}}}}")
+
+
+@pytest.mark.parametrize("key", ["rebound", "effects"])
+def test_a_users_own_class_may_have_a_parameter_named_prior(tmp_path: Path, key: str) -> None:
+    scene = of_own_class(tmp_path, f"{key}: {{own.Sand: {{prior: 3, speed: 5}}}}\n{STOP_SPEED}")
+    assert scene.unknowns is not None and list(scene.unknowns.priors) == ["stop_speed"]
+    changed = with_values(scene, {f"{key}.own.Sand.speed": 4})
+    (own,) = changed.effects.own or (changed.rebound.own,)
+    assert own is not None and own.values == {"prior": 3, "speed": 4}
 
 
 def test_a_value_that_is_given_is_no_longer_unknown(tmp_path: Path) -> None:
@@ -166,6 +216,12 @@ def test_spheres_have_the_entries_of_points(tmp_path: Path) -> None:
     assert changed.rock.is_sphere and changed.ground.name == "sphere"
 
 
+@pytest.mark.parametrize("shape", ["point", "{sphere: false}", "null"])
+def test_points_may_be_named_as_such_with_an_entry_of_the_library(tmp_path: Path, shape: str) -> None:
+    scene, usual = of_library(tmp_path, "hoek_bedrock", rock=f"shape: {shape}"), of_library(tmp_path, "hoek_bedrock")
+    assert scene.unknowns == usual.unknowns and scene.materials == usual.materials
+
+
 LIBRARY_SCENE = """\
 terrain: {{pit: {{triangles: 6000}}}}
 rock: {{{rock}}}
@@ -219,15 +275,28 @@ def values_of(sets: ParameterSets, number: int, key: str) -> float:
     return value
 
 
-@pytest.mark.parametrize(("rebound", "ground", "asked"), [("constant", "none", False), ("constant", "sliding", True),
-                                                         ("coulomb_limited", "none", True)])  # fmt: skip
+@pytest.mark.parametrize(
+    ("rebound", "ground", "asked"),
+    [
+        ("constant", "none", False), ("constant", "rolling", False), ("constant", "rolling_stone", False),
+        ("constant", "{rolling_stone: {stop_speed: 2}}", False), ("constant", "sliding", True),
+        ("coulomb_limited", "none", True), ("coulomb_limited", "rolling", True),
+    ],
+)  # fmt: skip
 def test_a_friction_angle_that_no_model_uses_is_no_unknown(
     tmp_path: Path, rebound: str, ground: str, asked: bool
 ) -> None:
     more = f"rebound: {rebound}\nground: {ground}"
-    scene = of_library(tmp_path, "bedrock", more)
+    scene = of_library(tmp_path, "stone_schist", more)
     assert scene.unknowns is not None
     assert ("materials.default.friction_angle_deg" in scene.unknowns.priors) is asked
+
+
+@pytest.mark.parametrize("ground", ["rolling", "rolling_stone"])
+def test_rolling_friction_of_points_is_not_assumed_but_asked_for(tmp_path: Path, ground: str) -> None:
+    message = f"line 3: `materials.default.rolling_friction` is not given, but `ground: {ground}` needs it"
+    with pytest.raises(SceneError, match=re.escape(message)):
+        of_library(tmp_path, "hoek_bedrock", f"ground: {ground}")
 
 
 @pytest.mark.parametrize("old", ["stone_schist", "hoek_bedrock", "pit_talus"])

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from terrain_files import grid
 
+from rpf3d_core.terrain.mesh.border import border_of
 from rpf3d_core.terrain.mesh.components import components
 from rpf3d_core.terrain.mesh.edges import edges_of, shared_by_two
 from rpf3d_core.terrain.mesh.winding import repair_winding
@@ -79,6 +80,22 @@ def test_an_overhang_that_is_given_twice_keeps_its_winding():
     assert np.array_equal(twice.triangles, np.tile(once.triangles, (2, 1)))
     assert np.array_equal(twice.areas, np.tile(once.areas, (2, 1)))
     assert (once.areas[2:4, 2] < 0).all()
+
+
+SLIVER = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [1, 1, 0], [1, -1, 0], [0, -1, 0]])
+BESIDE_SLIVER = np.array([[0, 2, 3], [0, 1, 2], [0, 4, 1], [1, 4, 2]], dtype=np.int32)
+"""A level surface; facet 1 has no area, because its vertices lie on one straight line."""
+
+
+@pytest.mark.parametrize("copied", [1, 3], ids=["without_area", "with_area"])
+@pytest.mark.parametrize("corners", [[0, 1, 2], [1, 2, 0], [0, 2, 1]], ids=["copied", "rolled", "reversed"])
+def test_a_facet_without_area_turns_with_its_neighbours_if_a_facet_has_a_copy(copied, corners):
+    copy = BESIDE_SLIVER[[copied]][:, corners]
+    up = repaired(SLIVER, np.concatenate([BESIDE_SLIVER, copy]))
+    down = repaired(SLIVER, turned(np.concatenate([BESIDE_SLIVER, copy]), slice(None)))
+    assert up.flipped.tolist() == 4 * [False] + [corners == [0, 2, 1]]
+    assert np.array_equal(down.flipped, ~up.flipped)
+    assert len(border_of(SLIVER, down.triangles)) == len(border_of(SLIVER, up.triangles)) == 4 + 3
 
 
 def test_a_moebius_strip_is_left_as_it_is_and_counted():

@@ -12,7 +12,10 @@ ACCURACY = (
 
 
 class DragSpec(ModelSpec):
-    """Quadratic air drag on a sphere of the rock's volume: F = 1/2 rho C_d pi R^2 v^2."""
+    """Quadratic air drag on a sphere of the rock's volume: the force F = 1/2 rho C_d pi R^2 v^2 against the motion.
+
+    rho is the `density` of the air, C_d the `coefficient`, R the radius of the sphere and v the speed of the rock.
+    """
 
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.drag:Drag"
     BUILDER: ClassVar[str | None] = "rpf3d_core.setup.builders.drag:drag"
@@ -30,7 +33,10 @@ class DragSpec(ModelSpec):
 
 
 class DragLayerSpec(ModelSpec):
-    """Forest as a layer above the ground that slows rocks: F = -c v below its top."""
+    """Forest as a layer above the ground: below its top, the force F = -c v slows flying rocks.
+
+    c is the `coefficient`, and v the velocity of the rock.
+    """
 
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.drag_layer:DragLayer"
     BUILDER: ClassVar[str | None] = "rpf3d_core.setup.builders.drag_layer:drag_layer"

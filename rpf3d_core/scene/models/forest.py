@@ -29,23 +29,30 @@ CLASSES = (0.72, 0.24, 0.04)
 
 
 class EnergyFactors(StrictModel):
-    """FE by kind of tree: a tree takes at most E_max = FE 38.7 DBH^2.31 J from a rock (DBH: stem diameter in cm)."""
+    """The energy factor FE (-) of each kind of tree: a tree takes at most the energy FE 38.7 d^2.31 (J) from a rock.
+
+    d is the stem diameter (cm) at breast height.
+    """
 
     conifer: Number = parameter(
-        0.93, "a number above 0 (-), FE of conifers; unconfirmed", "-", DORREN_BERGER, "UNCONFIRMED", gt=0
-    )
+        0.93, "a number above 0 (-), energy factor FE of conifers; unconfirmed", "-", DORREN_BERGER, "UNCONFIRMED",
+        gt=0,
+    )  # fmt: skip
     broadleaved: Number = parameter(
-        1.59, "a number above 0 (-), FE of broadleaved trees; unconfirmed", "-", DORREN_BERGER, "UNCONFIRMED", gt=0
-    )
+        1.59, "a number above 0 (-), energy factor FE of broadleaved trees; unconfirmed", "-", DORREN_BERGER,
+        "UNCONFIRMED", gt=0,
+    )  # fmt: skip
     silver_fir: Number = parameter(
-        1.0, "a number above 0 (-), FE of silver firs; unconfirmed", "-", DORREN_BERGER, "UNCONFIRMED", gt=0
-    )
+        1.0, "a number above 0 (-), energy factor FE of silver firs; unconfirmed", "-", DORREN_BERGER, "UNCONFIRMED",
+        gt=0,
+    )  # fmt: skip
 
 
 class DeflectionSpec(StrictModel):
-    """The deflection of rocks: for each kind of blow, the probabilities of 0-22.5, 22.5-67.5 and 67.5-76 degrees.
+    """The angle by which a tree turns the path of a rock away from the stem, in plan, drawn from three ranges.
 
-    The offset of a blow (0 head on, 1 grazing) determines its kind: frontal, lateral or scratching.
+    The three deflections are 0-22.5, 22.5-67.5 and 67.5-76 degrees. Their probabilities depend on the kind of blow. The
+    offset of a blow (0 head on, 1 grazing) determines its kind: frontal, lateral or scratching.
     """
 
     frontal_within: Number = parameter(

@@ -31,7 +31,7 @@ from rpf3d_core.scene.values import StrictModel, exactly_one, refuse
 
 
 class ConstantSpec(ModelSpec):
-    """R_n and R_t of the material, independent of the speed and the angle."""
+    """The normal restitution R_n and the tangential restitution R_t of the material, at any speed and angle."""
 
     PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.rebound:ConstantRestitution"
     SOURCE: ClassVar[str] = "thesis, equations 3-1 to 3-3"

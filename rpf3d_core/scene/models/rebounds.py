@@ -77,13 +77,17 @@ class PfeifferBowenSpec(ModelSpec):
         "the slip (m/s); the function reduces the energy that is kept along the ground", "m/s", PFEIFFER, "CC", gt=0,
     )  # fmt: skip
     B: Number = parameter(
-        76.2, "a number above 0 (m/s), B in CRSP's scaling factor R_t / ((v_n / (B R_n))^2 + 1); the energy that is "
-        "kept along the ground is multiplied by this factor and by the friction function", "m/s", PFEIFFER, "CC", gt=0,
+        76.2, "a number above 0 (m/s), B in CRSP's scaling factor R_t / ((v_n / (B R_n))^2 + 1), where v_n is the "
+        "speed into the ground (m/s); the energy that is kept along the ground is multiplied by this factor and by the "
+        "friction function", "m/s", PFEIFFER, "CC", gt=0,
     )  # fmt: skip
 
 
 class VelocityScaledSpec(ModelSpec):
-    """A lumped mass whose R_n is that of the material divided by 1 + (v_n / K)^2."""
+    """A lumped mass whose R_n is that of the material divided by 1 + (v_n / K)^2.
+
+    v_n is the speed into the ground.
+    """
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.velocity_scaled:VelocityScaled"
     SOURCE: ClassVar[str] = f"{PFEIFFER}; an option of RocFall"
@@ -97,7 +101,8 @@ class VelocityScaledSpec(ModelSpec):
 class MassScaledSpec(ModelSpec):
     """A lumped mass whose R_n is that of the material divided by 1 + (m / C)^2; the formula is unconfirmed.
 
-    If K is given, R_n is also divided by 1 + (v_n / K)^2.
+    m is the mass of the rock. If K is given, R_n is also divided by 1 + (v_n / K)^2, where v_n is the speed into the
+    ground.
     """
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.mass_scaled:MassScaled"
@@ -118,8 +123,8 @@ class MassScaledSpec(ModelSpec):
 class VHalfSpec(ModelSpec):
     """A lumped mass with R_n = v_half / (v_n + v_half); the R_n of materials is not used.
 
-    The parameter `speed` sets v_half. Bounces do not die out by themselves, so bouncing ends when the next bounce would
-    be lower than `smallest_bounce`.
+    v_n is the speed into the ground; the parameter `speed` sets v_half. Bounces do not die out by themselves, so
+    bouncing ends when the next bounce would be lower than `smallest_bounce`.
     """
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.v_half:VHalf"
@@ -196,12 +201,13 @@ def _covariance(rows: Sequence[Nine]) -> Sequence[Nine]:
 
 
 class StochasticMatrixSpec(ModelSpec):
-    """(v_t, v_n, R w) after an impact is a random matrix times the values before; you give all values.
+    """(v_t, v_n, R w) after an impact is a random matrix times the values before the impact.
 
-    v_t is the speed along the ground in the direction of motion. v_n is the speed into the ground before the impact,
-    and away from the ground after the impact. R w is the radius times the spin, positive for a rolling rock. The matrix
-    [[R_t, 0, 0], [0, R_n, 0], [0, 0, 0]] describes a lumped mass. If the drawn matrix would send the rock into the
-    ground, v_n is computed with the mean matrix instead, and is at least zero. Energy never rises.
+    The scene states the mean of the matrix and the covariances of its coefficients. v_t is the speed along the ground
+    in the direction of motion. v_n is the speed into the ground before the impact, and away from the ground after the
+    impact. R w is the radius times the spin, positive for a rolling rock. The matrix [[R_t, 0, 0], [0, R_n, 0], [0, 0,
+    0]] describes a lumped mass. If the drawn matrix would send the rock into the ground, v_n is computed with the mean
+    matrix instead, and is at least zero. Energy never rises.
     """
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.stochastic_matrix:StochasticMatrix"

@@ -12,7 +12,7 @@ SPHERE_GROUND = "sphere"
 
 
 class CoulombSphereSpec(ModelSpec):
-    """A spinning rigid sphere of the rock's size: it touches faces, edges and corners, and sticks or slips there.
+    """A spinning rigid sphere of the rock's size: it touches facets, edges and corners, and sticks or slips there.
 
     An impact of normal impulse P changes the spin by an angular impulse of at most mu_r R P, where mu_r is the
     material's `rolling_friction`.

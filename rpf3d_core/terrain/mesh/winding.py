@@ -91,12 +91,25 @@ def _with_copies(vertices: FloatArray, triangles: Index, first: Index, kept: Ind
     """
     whole = repair_winding(vertices, triangles[kept], edges_of(triangles[kept], len(vertices)))
     row = np.searchsorted(kept, first)
+    flipped = whole.flipped[row]
+    copy = np.flatnonzero(first != np.arange(len(first)))
+    flipped[copy] ^= _runs_the_other_way(triangles[copy], triangles[first[copy]])
     areas = area_vectors(vertices, triangles)
-    flipped = (areas * whole.areas[row]).sum(axis=1) < 0.0
     areas[flipped] *= -1.0
     wound = triangles.copy()
     wound[flipped, 1:] = wound[flipped, :0:-1]
     return Winding(wound, areas, flipped, kept[whole.piece[row]], whole.one_sided)
+
+
+def _runs_the_other_way(copy: Index, original: Index) -> Flags:
+    """Return flags (C,): true for a copy that passes its vertices in the opposite direction to the original facet.
+
+    The vertices decide, not the areas, so the flag is also right for a facet without area.
+
+    copy, original : (C, 3) vertices of C facets, and of the facets on the same three different vertices
+    """
+    rolled = [(copy == np.roll(original, k, axis=1)).all(axis=1) for k in range(3)]
+    return np.asarray(~np.any(rolled, axis=0))
 
 
 def _agreement(count: int, edges: Edges) -> tuple[Index, Flags, int]:

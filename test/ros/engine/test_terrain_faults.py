@@ -164,6 +164,21 @@ def test_stored_patches_that_cannot_be_read_are_missing_until_the_next_whole_sur
     assert faults_after(run, at(WHOLE, 0.6)) == ()
 
 
+def test_stored_patches_that_could_not_be_read_are_still_missing_after_the_store_wrote_the_whole_terrain(started):
+    run = started()
+    assert faults_after(run, WHOLE, AREA, NOTHING) == ()
+    standing = run.node.station.flyer.standing
+    run.node.close()
+    run = started(standing, read_ns=published(0.35), unread=2)
+    assert "2 patches are not in" in faults_after(run, at(AREA, 0.9), at(NOTHING, 1.0), at(PATCH, 1.1))[0]
+    standing = run.node.station.flyer.standing
+    assert standing.ground.patches == 1
+    run.node.close()
+    run = started(standing, read_ns=published(1.5))
+    assert "2 patches are not in" in faults_after(run, at(AREA, 2.0), at(NOTHING, 2.1))[0]
+    assert faults_after(run, at(WHOLE, 2.2)) == ()
+
+
 def test_a_stored_terrain_that_cannot_be_read_may_have_had_patches(started):
     run = started(read_ns=published(0.05), unreadable="the last terrain could not be restored: damaged")
     assert "could not be restored: damaged" in faults_after(run, at(WHOLE, 0.01), AREA, NOTHING)[0]
