@@ -1,6 +1,7 @@
 """Tests of the mark `long`: no file has only long tests; the files that take longest run first."""
 
 import ast
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -82,3 +83,16 @@ def test_the_lists_are_made_from_the_durations_that_pytest_prints() -> None:
     seconds = seconds_of_functions(printed)
     assert files_listed(seconds) == "12 hard/test_b.py\n3 ros/nodes/test_a.py\n"
     assert seconds["ros/nodes/test_a.py::test_a"] == pytest.approx(3.11)
+
+
+@pytest.mark.parametrize(("last_start", "outcome"), [("1", "1 skipped"), ("9e9", "1 passed")])
+def test_a_test_is_skipped_with_the_reason_if_it_would_begin_too_late(
+    last_start: str, outcome: str, pytestconfig: pytest.Config
+) -> None:
+    test = f"{TESTS}/project/test_long_tests.py::test_the_list_of_long_tests_names_tests_that_are_there"
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-rs", "-p", "no:cacheprovider", test], cwd=pytestconfig.rootpath,
+        env=os.environ | {"RPF3D_LAST_START": last_start}, capture_output=True, text=True,
+    )  # fmt: skip
+    assert outcome in done.stdout
+    assert ("no time is left for this test" in done.stdout) == (outcome == "1 skipped")
