@@ -11,7 +11,7 @@ from rpf3d_core.commands.screen import print_table, screen
 
 def compare(
     run_a: Annotated[Path, typer.Argument(help="The folder of a result, A.", show_default=False)],
-    run_b: Annotated[Path, typer.Argument(help="The folder of another, B.", show_default=False)],
+    run_b: Annotated[Path, typer.Argument(help="The folder of the other result, B.", show_default=False)],
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
 ) -> None:
     """Compare two results: shares and p95 energies of zones and areas, and which shares differ significantly."""

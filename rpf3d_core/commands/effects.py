@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def effects(
-    name: Annotated[str | None, typer.Argument(help="One of them, to see its parameters.", show_default=False)] = None,
+    name: Annotated[str | None, typer.Argument(help="Show the parameters of this one.", show_default=False)] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, with all parameters.")] = False,
 ) -> None:
     """List the rebound models, ground models and effects that a scene may name, with parameters, sources and cost."""

@@ -42,8 +42,8 @@ def cloud(
     files: Annotated[list[Path], typer.Argument(help=".las, .laz, .e57, .xyz, .csv or .str.", show_default=False)],
     out: Annotated[Path, typer.Option(help="Mesh to write: .vtp, .ply, .obj or .stl.", show_default=False)],
     cell: Annotated[float | None, typer.Option(help="Side of a cell (m); the lowest point stays.", min=1e-3)] = None,
-    widest: Annotated[float | None, typer.Option(help="Widest hole (m) that is closed; 4 cells.", min=0.0)] = None,
-    classes: Annotated[str, typer.Option(help="Classes of the ground, such as 2,8; those of LAS.")] = "",
+    widest: Annotated[float | None, typer.Option(help="Widest hole (m) to close; default: 4 cells.", min=0.0)] = None,
+    classes: Annotated[str, typer.Option(help="Class numbers of ground points (LAS), such as 2,8.")] = "",
 ) -> None:
     """Point clouds: choose the ground points, thin them, and connect them to a terrain; wide gaps stay gaps."""
     from rpf3d_core.imports.cloud import import_cloud

@@ -30,7 +30,7 @@ The friction angle has no text; its range is assumed for points and spheres.
 
 
 def materials(
-    name: Annotated[str | None, typer.Argument(help="One of them, to see its source.", show_default=False)] = None,
+    name: Annotated[str | None, typer.Argument(help="Show the source of this one.", show_default=False)] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, with all ranges.")] = False,
 ) -> None:
     """List the ground materials that a scene may name with `library`, with ranges, sources and confirmation."""

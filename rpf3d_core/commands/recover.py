@@ -11,7 +11,7 @@ from rpf3d_core.commands.screen import screen
 def recover(
     recording: Annotated[Path, typer.Argument(help="A .rrd that was cut off, by a kill or by a full disk.")],
     out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="File to write; FILE.recovered.rrd where it is not given.")
+        Path | None, typer.Option("--out", "-o", help="File to write; default: FILE.recovered.rrd.")
     ] = None,
 ) -> None:
     """Repair a recording that was cut off; the original file stays unchanged."""

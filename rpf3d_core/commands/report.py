@@ -17,7 +17,7 @@ def report(
         Path | None,
         typer.Option(help="Write a PDF file as well; without a path, next to the HTML file.", show_default=False),
     ] = None,
-    site: Annotated[str, typer.Option(help="Name of the site; that of the scene.", show_default=False)] = "",
+    site: Annotated[str, typer.Option(help="Name of the site; default: that of the scene.", show_default=False)] = "",
 ) -> None:
     """Write the report of a result: warnings, 3D view, map, section, retention, distances, fences, inputs, limits."""
     from rpf3d_core.report.report import write_report

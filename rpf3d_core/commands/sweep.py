@@ -50,7 +50,7 @@ def sweep(
                 report=_counting(begin, writing),
             )  # fmt: skip
     except KeyboardInterrupt:
-        end_interrupted(f"the cells that have flown are in {out}; the same command goes on")
+        end_interrupted(f"the cells that have flown are in {out}; the same command flies the others")
     _print_sweep(found)
     screen.print(f"results in {out.resolve()}", soft_wrap=True)
 
