@@ -1,8 +1,7 @@
 """The live node in a script.
 
-The script starts the simulator node, and publishes a terrain and a source in place of survey and radar. It prints the
-alert level of the site and the largest reach probability of a map cell. The script needs the extra `ros`. Its messages
-stay on this machine.
+The script starts the simulator node, publishes a terrain and a source in place of survey and radar, and prints the
+alert level and the largest reach probability of a cell. It needs the extra `ros`. Its messages stay on this machine.
 """
 
 import os

@@ -1,8 +1,8 @@
 """The library of ground materials in a scene: `{library: hoek_bedrock}` gives a material the ranges of an entry.
 
 Each range of the entry becomes an unknown of the scene (`scene.unknowns`), unless the material gives the coefficient.
-If the models of the scene use a coefficient that the entry does not have, the range of this coefficient is assumed. A
-prior in `unknowns.priors` of the file, also a prior with `*`, replaces the range of the entry.
+If the models of the scene use a coefficient that the entry does not have, the range of this coefficient is assumed
+(`_assumed_for`). A prior in `unknowns.priors` of the file, also a prior with `*`, replaces the range of the entry.
 """
 
 from collections.abc import Mapping
@@ -10,12 +10,12 @@ from difflib import get_close_matches
 from typing import Any
 
 from rpf3d_core.scene.releases import RockSpec
-from rpf3d_core.scene.shapes import SPHERE, names_sphere
+from rpf3d_core.scene.shapes import is_point, names_sphere
 from rpf3d_core.scene.unknowns import PRIOR, PriorSpec
 from rpf3d_core.scene.values import refuse
 
-LIMITED = "coulomb_limited"
-"""Name of the default rebound model, which uses the friction angle."""
+LIMITED, SLIDING = "coulomb_limited", "sliding"
+"""Names of the default rebound model and of the default ground model of points, which use the friction angle."""
 LIBRARY = "library"
 """Key of a material that names an entry of the library of ground materials."""
 
@@ -145,8 +145,7 @@ def _has_shape(rock: Any) -> bool:
     """Return True if the rocks are bodies with a shape, neither points nor spheres; rock : value of the key `rock`."""
     if isinstance(rock, RockSpec):
         return rock.is_body
-    shape = rock.get("shape") if isinstance(rock, Mapping) else None
-    return shape not in (None, "point", SPHERE, {SPHERE: True})
+    return isinstance(rock, Mapping) and not is_point(rock.get("shape")) and not names_sphere(rock)
 
 
 def _ranges(name: Any, scene: Mapping[str, Any], material: str) -> dict[str, Any]:
@@ -174,14 +173,16 @@ def _ranges(name: Any, scene: Mapping[str, Any], material: str) -> dict[str, Any
 def _assumed_for(scene: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the keys of the coefficients whose range is assumed if an entry has none, because the models need them.
 
-    For points, this is the friction angle, unless the ground model is `none` and the rebound model is not LIMITED.
+    For points, this is the friction angle if the rebound model is LIMITED or the ground model is SLIDING. No rolling
+    friction is assumed for points: a scene whose ground model needs it is refused if neither the entry nor the material
+    has it.
     """
     rocks = scene.get("rock")
     if _has_shape(rocks):
         return ("rolling_resistance",)
     if _is_sphere(rocks):
         return ("friction_angle_deg", "rolling_friction")
-    slides = _name_of(scene.get("ground"), "sliding") != "none"
+    slides = _name_of(scene.get("ground"), SLIDING) == SLIDING
     return ("friction_angle_deg",) if slides or _name_of(scene.get("rebound"), LIMITED) == LIMITED else ()
 
 
