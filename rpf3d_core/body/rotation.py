@@ -262,8 +262,8 @@ def cycle_of(axes: Axes, w: Vec, excess: float, energy: float, L: float) -> Cycl
     eta = first_kind(math.sqrt(rise), slant, m1, m)
     rate = math.sqrt(r * gap3 / (J[0] * J[1] * J[2]))
     if m > 0.5:
-        return hyperbolic_cycle(m, m1, A, (u, eta, rate), (sense, energy, L))
-    return circular_cycle(m, m1, A, (u, eta, rate), (sense, energy, L))
+        return hyperbolic_cycle(m1, A, (u, eta, rate), (sense, energy, L))
+    return circular_cycle(m, A, (u, eta, rate), (sense, energy, L))
 
 
 @kernel

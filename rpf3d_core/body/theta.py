@@ -221,10 +221,10 @@ def still() -> Cycle:
 
 
 @kernel
-def circular_cycle(m: float, m1: float, A: Vec, arguments: Vec, motion: Vec) -> Cycle:
+def circular_cycle(m: float, A: Vec, arguments: Vec, motion: Vec) -> Cycle:
     """Return the cycle of a motion with m <= 1/2.
 
-    m, m1 : parameter of Jacobi's functions and 1 - m
+    m : parameter of Jacobi's functions
     A : (3,) rad/s, amplitudes of the spin: its components are A1 cn(u), A2 sn(u), A3 dn(u)
     arguments : (u, eta, du/dt): argument u of Jacobi's functions at time 0, shift eta of the argument of theta 1 off
         the real axis, in the unit of u, and rate of u (1/s)
@@ -247,8 +247,8 @@ def circular_cycle(m: float, m1: float, A: Vec, arguments: Vec, motion: Vec) -> 
 
 
 @kernel
-def hyperbolic_cycle(m: float, m1: float, A: Vec, arguments: Vec, motion: Vec) -> Cycle:
-    """Return the cycle of a motion with m > 1/2; parameters as in `circular_cycle`. m1 = 1 - m may be 0."""
+def hyperbolic_cycle(m1: float, A: Vec, arguments: Vec, motion: Vec) -> Cycle:
+    """Return the cycle of a motion with m > 1/2; m1 : 1 - m, may be 0; other parameters as in `circular_cycle`."""
     u, eta, rate = arguments
     sense, energy, L = motion
     q = nome_of(m1, 1.0 - m1)

@@ -25,11 +25,6 @@ ROCKS = 500
 """Default number of rocks of each parameter set."""
 TRAJECTORIES = 20
 """Default number of Morris trajectories."""
-BASE_SETS = 128
-"""Suggested number N of rows (base sets) of Sobol's design; the default in `Asked` is 0, without Sobol indices.
-
-Each row has U + 2 parameter sets for U unknowns.
-"""
 FEWEST, MOST = 4, 100_000
 """Smallest and largest number of trajectories, of rocks of a parameter set, and of base sets other than 0."""
 EDGE = 1e-6

@@ -288,6 +288,8 @@ def stepping_over_squares(engine: Engine, x: float, y: float, cell: float, there
 
     A step finds a contact only when the rock is already below the ground. At the lowest ground, the rock is then below
     the bounding box of the terrain. The box of the copy is therefore extended downwards by its own diagonal.
+
+    Unlike in `stepping`, the heights on which effects depend are found in steps, too.
     """
     ny, nx = there.shape
     first = np.where(there, 2 * (np.cumsum(there).reshape(there.shape) - 1), -1).astype(np.int64).ravel()

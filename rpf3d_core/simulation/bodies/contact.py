@@ -65,7 +65,8 @@ class Carried(NamedTuple):
     motion : at the end; contacts : number of contacts at the end, which are in `room.points`
     moved : path bound at the end, as in `Ride` (m)
     begin : motion at the start, after the impulses; h : length of the step (s); next : length of the next step (s)
-    pressed : True if any contact received an impulse
+    pressed : True if any contact received an impulse; False also in the rare step in which the sweeps of the solver
+        diverge (`impact.sustained`)
     """
 
     motion: BodyMotion
