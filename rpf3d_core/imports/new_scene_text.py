@@ -160,10 +160,13 @@ def _crest(number: int, crest: Crest, up: str, mark: str) -> Iterator[str]:
 
 
 def words_on_crest(crest: Crest, up: str) -> str:
-    """Return length, altitude of the brow, height of the face and fall of a crest as text; up : axis that points up."""
-    brow = np.median(crest.points[:, "xyz".index(up)])
-    return (f"{crest.length:.0f} m long, brow at {brow:,.0f} m, above a face of {crest.height:.0f} m, fall "
-            f"{crest.fall:.0f} m")  # fmt: skip
+    """Return length, altitude, height of the face and fall of a crest as text; up : axis that points up.
+
+    The altitude is that of the line of release, a little in front of the brow.
+    """
+    line = np.median(crest.points[:, "xyz".index(up)])
+    return (f"{crest.length:.0f} m long, line at {line:,.0f} m just below the brow, above a face of "
+            f"{crest.height:.0f} m, fall {crest.fall:.0f} m")  # fmt: skip
 
 
 def _end() -> Iterator[str]:

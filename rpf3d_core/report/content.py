@@ -45,9 +45,10 @@ FILE_EXTENSION = re.compile(r"\.[A-Za-z]\w*")
 MOST_NAMED = 8
 """Largest number of zones that a sentence names, of those that no rock reached."""
 AT_BARRIERS = {
-    "caught": "caught in the end by", "first_broken_through": "broke through", "first_flown_over": "flew over",
+    "caught": "caught in the end by {}", "first_broken_through": "broke through {} at the first arrival",
+    "first_flown_over": "flew over {} at the first arrival",
 }  # fmt: skip
-"""Words for what rocks did at a barrier, in the table of main figures, by name in summary.json."""
+"""Words for what rocks did at a barrier, in the table of main figures, by name in summary.json; {} : its name."""
 THREE = ("value", "95 % predictive", "95 % sampling")
 NO_PREDICTIVE = (
     "Predictive intervals are unknown, because the scene takes every coefficient of the ground as known. Sampling "
@@ -204,7 +205,7 @@ def _answer(run: RunFiles, toes: SourceToes) -> list[Element]:
             rows.append([f"{AT_MOST}: rocks that reach the area {name} or were lost to holes", *share_cells(most)])
     for name, barrier in run.summary.get("barriers", {}).items():
         found = worst_of(barrier)
-        rows += [[f"{words} {name}, of the rocks that reached it{from_of(found[did])}", *share_cells(found[did])]
+        rows += [[f"{words.format(name)}, of the rocks that reached it{from_of(found[did])}", *share_cells(found[did])]
                  for did, words in AT_BARRIERS.items()]  # fmt: skip
     retained = {name: bench for name, bench in _worst(run, "benches").items() if bench["reached"]["rocks"]}
     together = run.summary["benches"]
@@ -220,6 +221,7 @@ def _answer(run: RunFiles, toes: SourceToes) -> list[Element]:
     left = len(retained) - len(holding)
     sentence = f"These zones are those in which most rocks stopped; {left} more are in the table of retention below."
     more = [Text(sentence)] if left else []
+    more += [Text(caught)] if (caught := _caught(run).strip()) else []
     return [
         Heading("The answer"), Table(("", *THREE), rows), *more, *_not_reached(run), *further_faces(toes.together),
         Text(note, quiet=True),

@@ -6,7 +6,7 @@ import numpy as np
 
 from rpf3d_core.report.barriers_part import BOTH
 from rpf3d_core.report.elements import Element, Heading, Table, Text
-from rpf3d_core.report.fences_part import from_source, too_few_toes
+from rpf3d_core.report.fences_part import from_source, too_few_toes, with_barriers
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.source_toes import SourceToes, farthest
 from rpf3d_core.report.toe import DESIGN, BeyondToe, held_beyond
@@ -54,6 +54,7 @@ def distances_part(run: RunFiles, toes: SourceToes) -> Iterator[Element]:
         yield from _of_sources(run, toes)
     if not beyond.enough:
         return
+    yield from with_barriers(run)
     yield from further_faces(beyond)
     yield Text("Horizontal distance from the foot of the first face below the release to the end of the rock, along "
                f"the rock's way in plan. A face is steeper than {STEEP:g} degrees and at least {LOWEST:g} m high. "

@@ -66,6 +66,16 @@ def too_few_toes(beyond: BeyondToe) -> str:
     return f"Not known: only {len(beyond.rows):,} of {beyond.of:,} rocks have a face below their release."
 
 
+def with_barriers(run: RunFiles) -> list[Element]:
+    """Return a sentence that the barriers of the scene were in place; [] if no rock came to a barrier."""
+    names = [name for name, found in run.summary.get("barriers", {}).items() if found["came"]]
+    if not names:
+        return []
+    return [Text(f"These figures are with the barriers of the scene in place ({', '.join(names)}): a rock that a "
+                 "barrier catches ends there, so fewer rocks go farther than without barriers. To design another "
+                 "fence, run the scene without them.")]  # fmt: skip
+
+
 def fences_part(
     run: RunFiles, places: list[FencePlace], choices: list[Segments], beyond: BeyondToe
 ) -> Iterator[Element]:
@@ -80,6 +90,7 @@ def fences_part(
     if not places:
         yield Text(too_few_toes(beyond))
     else:
+        yield from with_barriers(run)
         yield from _fence_tables(run, places, choices)
     if run.summary.get("barriers"):
         yield from barriers_part(run.summary["barriers"])

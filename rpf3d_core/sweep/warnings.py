@@ -52,7 +52,7 @@ def _with_number(alike: Sequence[tuple[Cell, str]], of: int) -> str:
     alike : cells with their sentences, which differ in numbers only; of : number of all cells
     """
     (first, sentence), number = alike[0], len({cell.digest for cell, _ in alike})
-    where = "" if len({text for _, text in alike}) == 1 else f", numbers of {first.describe()}"
+    where = "" if len({text for _, text in alike}) == 1 else f" (the numbers are those of {first.describe()})"
     return f"{number} of {of} cells{where}: {sentence}"
 
 

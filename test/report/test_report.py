@@ -181,8 +181,12 @@ def test_the_answer_has_the_barriers_and_what_no_rock_reached(unknown_ground) ->
     run.summary["barriers"] = {"fence": at_a_barrier(share)}
     names, texts = answer_of(run)
     assert [name for name in names if "fence" in name] == [
-        f"{did} fence, of the rocks that reached it" for did in ("caught in the end by", "broke through", "flew over")
-    ]
+        f"{did}, of the rocks that reached it"
+        for did in (
+            "caught in the end by fence", "broke through fence at the first arrival",
+            "flew over fence at the first arrival",
+        )
+    ]  # fmt: skip
     assert any("No rock reached PIT FLOOR" in text and "interval 0-3 %" in text for text in texts)
 
 
@@ -261,7 +265,18 @@ def test_rocks_that_a_barrier_caught_are_said_to_count_as_retained(unknown_groun
     run, words = read_run(unknown_ground), "Rocks that barriers caught count as stopped"
     assert not any(words in each.text for each in report_elements(run, "site") if isinstance(each, Text))
     run.summary["outcomes"]["caught"] = share_of(12, 128)
-    assert any(words in each.text for each in report_elements(run, "site") if isinstance(each, Text))
+    texts = [each.text for each in report_elements(run, "site") if isinstance(each, Text)]
+    assert sum(words in text for text in texts) == 2, "below the answer and below the table of retention"
+
+
+def test_distances_and_places_for_fences_say_that_barriers_were_in_place(unknown_ground) -> None:
+    run, words = read_run(unknown_ground), "with the barriers of the scene in place (fence)"
+    assert not any("barriers of the scene in place" in each.text for each in report_elements(run, "site")
+                   if isinstance(each, Text))  # fmt: skip
+    far = {**at_a_barrier(share_of(0, 1)), "came": 0}
+    run.summary["barriers"] = {"fence": at_a_barrier(share_of(5, 12)), "far fence": far}
+    texts = [each.text for each in report_elements(run, "site") if isinstance(each, Text)]
+    assert sum(words in text for text in texts) == 2
 
 
 def test_a_run_without_warnings_has_no_box_of_warnings(unknown_ground) -> None:

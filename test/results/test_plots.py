@@ -215,7 +215,9 @@ def test_pictures_count_all_rocks_and_say_how_many_are_drawn_and_that_a_run_is_p
     assert (upper.get_ylabel(), lower.get_ylabel()) == ("elevation (m)", "speed (m/s)")
     assert lower.get_xlabel() == "horizontal distance travelled (m)" and "heights" in upper.get_title(loc="left")
     (legend,) = figures["sections.png"].legends
-    assert legend.get_title().get_text().startswith("Shortest, median and longest runout of 2 of 6,000")
+    title = " ".join(legend.get_title().get_text().split())
+    assert title.startswith("Shortest, median and longest runout of 2 of 6,000 rocks, partial")
+    assert title.endswith("of those that came to rest")
     write_map(tmp_path / "map.png", MapContent("pit", terrain, {}, ALL), flights.deposits, sample_paths(flights.paths))
     assert texts(figures["map.png"].axes[1].get_legend())[:4] == ["release", "stopped (5)", "left terrain (1)", "path"]
 

@@ -69,6 +69,15 @@ def test_the_heights_of_a_source_are_those_of_its_points_above_the_mesh(folder: 
     assert source.describe() == "6 rocks, 2.50 m above the ground"
 
 
+@pytest.mark.parametrize(("height", "is_noticed"), [(19, False), (21, True)])
+def test_a_source_higher_above_the_ground_than_in_the_live_simulator_is_noticed(
+    height: int, is_noticed: bool, folder: Path
+) -> None:
+    over = f"  - {{name: over, points: [[1, 1, 0], [3, 2, 0]], rocks: 6, above_ground: {height}}}\n"
+    noticed = any("starts 21 m or more above the ground" in each for each in checked(folder, SLOPE + over).warnings)
+    assert noticed == is_noticed
+
+
 def test_rocks_under_the_ground_and_beside_the_terrain_are_told_apart(folder: Path) -> None:
     report = checked(folder, SLOPE + ABOVE + UNDER + BESIDE)
     assert not report.fit and report.cost is None, "what cannot be flown costs nothing"

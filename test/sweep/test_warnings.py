@@ -46,7 +46,7 @@ def test_each_sentence_comes_once_with_the_number_of_its_cells(scene: Path) -> N
     found = swept(scene, {FRICTION: (0.5, 0.6, 30)})
     sentences = warnings_of_cells(found.cells, found.records)
     (friction,) = (text for text in sentences if f"`{FRICTION}` is" in text)
-    assert friction.startswith(f"2 of 3 cells, numbers of {FRICTION} 0.5: `{FRICTION}` is 0.5 degrees")
+    assert friction.startswith(f"2 of 3 cells (the numbers are those of {FRICTION} 0.5): `{FRICTION}` is 0.5 degrees")
     assert any(text.startswith("3 of 3 cells: every coefficient counts as known")
                for text in surer_cells(found.cells, found.records))  # fmt: skip
 
@@ -60,7 +60,7 @@ def test_names_with_different_numbers_are_different_sentences(scene: Path) -> No
     assert warnings_of_cells(found.cells, records) == [
         f"1 of 2 cells: berm_{number}: {number} rocks of 1,200.5" for number in (1, 2)
     ]
-    assert surer_cells(found.cells, records) == [f"2 of 2 cells, numbers of {FRICTION} 29: 1.5 m"]
+    assert surer_cells(found.cells, records) == [f"2 of 2 cells (the numbers are those of {FRICTION} 29): 1.5 m"]
 
 
 def test_the_command_prints_them(

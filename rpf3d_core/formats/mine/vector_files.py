@@ -151,7 +151,8 @@ def vector_arrays(path: Path, family: str, layer: str = "") -> Arrays:
         raise
     except Exception as fault:
         kind = "GeoPackage" if path.suffix.lower() == ".gpkg" else "Shapefile"
-        raise TerrainError(f"{path}: cannot be read as a {kind} ({fault})".replace("\n", " ")) from fault
+        reason = str(fault).replace("\n", " ").partition("It might help")[0].rstrip(" ;.")  # no advice of GDAL
+        raise TerrainError(f"{path}: cannot be read as a {kind} ({reason})") from fault
     parts = [part for part in geometries if part is not None]
     lengths = np.array([len(part) for part in parts], np.int64)
     return {"content": np.frombuffer(b"".join(parts), np.uint8), "lengths": lengths, "crs": system}

@@ -24,7 +24,7 @@ from rpf3d_core.results.plots.style import GROUND, PATH, hex_colour, label, save
 from rpf3d_core.results.shown import RunCounts
 from rpf3d_core.results.tables import write_profiles
 from rpf3d_core.terrain.facets import Terrain
-from rpf3d_core.values import Outcome
+from rpf3d_core.values import DEPOSITED, Outcome
 
 DISTANCE = "horizontal distance travelled (m)"
 FINER = 4
@@ -66,7 +66,9 @@ def write_profile_plots(
     section = profile_of(terrain, chosen)
     write_profiles(folder / "sections.csv", sources, deposits, {**vars(section), "terrain": ground})
     titles = {int(row): _title(sources, flights, row) for row in rows}
-    which = f"Shortest, median and longest runout of {of}"
+    rested = np.isin(deposits.outcome[samples.row[samples.starts]], DEPOSITED)
+    some = ", of those that came to rest" if rested.any() and not rested.all() else ""
+    which = f"Shortest, median and longest runout of {of}{some}"
     save(sections(section, ground, titles, which), folder / "sections.png")
 
 

@@ -17,8 +17,11 @@ from rpf3d_core.setup.rounds import rounds_of
 from rpf3d_core.setup.warnings.source_heights import SourceHeight, heights_of
 from rpf3d_core.terrain.frame import FloatArray
 
-MOST_ABOVE = 30.0
-"""Height (m) above the ground, more than a bench face; a source is suspicious if all its rocks start higher."""
+MOST_ABOVE = 20.0
+"""Height (m) above the ground, as `highest_source` of the live simulator.
+
+A source is suspicious if all its rocks start higher.
+"""
 AT_CREST = 5.0
 """Distance (m) to the nearest ground up to which a rock is at a crest, although the face's foot may be far below."""
 FIRST_LOOK = 100
@@ -85,7 +88,7 @@ def placement_warnings(prepared: Prepared, releases: Releases, heights: Sequence
 
 
 def _high_above(prepared: Prepared, releases: Releases, heights: Sequence[SourceHeight]) -> Iterator[str]:
-    """Yield a warning for each source whose rocks all start more than MOST_ABOVE (30 m) above the ground.
+    """Yield a warning for each source whose rocks all start more than MOST_ABOVE (20 m) above the ground.
 
     A source close to a crest gets no warning, although the ground straight below may be the foot of a high face.
     """
