@@ -44,3 +44,14 @@ def test_the_heading_names_what_is_drawn() -> None:
     assert _bands([panel(True)]) == f"bands: {INTERVAL[True]}"
     assert _bands([panel(False)]) == f"bars: {INTERVAL[False]}"
     assert _bands([panel(False), panel(True)]) == f"bands: {INTERVAL[True]}; bars: {INTERVAL[False]}"
+
+
+def test_a_panel_without_values_says_why_and_has_no_numbers_at_its_axes() -> None:
+    drawn = panel(False)
+    nothing = drawn.curves[0]._replace(values=[None] * 3, low=[None] * 3, high=[None] * 3)
+    axes = Figure().subplots()
+    unknown = drawn._replace(curves=[nothing], unknown="beyond the terrain")
+    _draw(axes, unknown, {str(at): float(at) for at in range(3)}, "key")
+    assert [text.get_text() for text in axes.texts] == ["beyond the terrain"]
+    assert len(axes.get_xticks()) == len(axes.get_yticks()) == 0
+    assert (axes.get_title(loc="left"), axes.get_xlabel(), axes.get_ylabel()) == ("retained", "key", "share (%)")

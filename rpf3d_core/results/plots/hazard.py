@@ -69,8 +69,8 @@ MANY_RELEASES = 100
 DOT: dict[str, Any] = {"marker": ".", "color": "black", "markersize": 2.0, "markeredgewidth": 0.0}
 """Marker of a release if there are many. It is not blue, because blue would be hard to see on cells of colour FEW."""
 
-TITLE_PAD = 26.0
-"""Distance of the title from the map (points), so that a long title does not cover the scale bar."""
+TITLE_PAD = 38.0
+"""Distance of the title from the map (points), so that a long title covers neither the scale bar nor its label."""
 
 BAR_HEIGHT = 0.17
 """Height of the colour bar (inches)."""

@@ -66,13 +66,15 @@ def _places_of(panels: Sequence[Panel]) -> dict[str, float]:
 
 
 def _draw(axes: Axes, panel: Panel, at: dict[str, float], key: str) -> None:
-    for number, curve in enumerate(panel.curves):
-        _draw_curve(axes, curve, at, number)
-    if all(value is None for curve in panel.curves for value in curve.values):
-        axes.text(0.5, 0.5, panel.unknown, transform=axes.transAxes, ha="center", va="center")
     axes.set_title(panel.title, loc="left", fontsize=10)
     axes.set_xlabel(key, fontsize=9)
     axes.set_ylabel(panel.axis, fontsize=9)
+    if all(value is None for curve in panel.curves for value in curve.values):
+        axes.text(0.5, 0.5, panel.unknown, transform=axes.transAxes, ha="center", va="center")
+        axes.set(xticks=[], yticks=[])  # without values, matplotlib's ticks would be meaningless numbers around 0
+        return
+    for number, curve in enumerate(panel.curves):
+        _draw_curve(axes, curve, at, number)
     if has_unknown_ends := any(None in (*curve.low, *curve.high) for curve in panel.curves):
         axes.margins(y=0.12)  # room for the question marks
     axes.set_ylim(bottom=0.0)
