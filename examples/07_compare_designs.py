@@ -2,7 +2,7 @@
 
 A berm (a ridge of loose rock) protects a road below a face. In design A the berm is six metres from the toe of the
 face; in design B it is at the toe. The script flies the same rocks over both designs. `rpf3d compare` then shows which
-differences are larger than those that chance alone makes.
+differences are larger than chance alone explains.
 """
 
 import json

@@ -60,13 +60,14 @@ def write_profile_plots(
     of = flown.describe_some(len(samples.starts))
     save(overview(profile, deposits.outcome, f"Paths of {of}"), folder / "overview.png")
 
-    rows = typical_rows(deposits, samples.row[samples.starts], runout(deposits))
+    kept = samples.row[samples.starts]
+    rows = typical_rows(deposits, kept, runout(deposits))
     chosen = sample_paths(flights.paths, rows, display_step(flights.paths) / FINER, gravity)
     ground = terrain_below(terrain, chosen.x) + terrain.frame.origin[2]
     section = profile_of(terrain, chosen)
     write_profiles(folder / "sections.csv", sources, deposits, {**vars(section), "terrain": ground})
     titles = {int(row): _title(sources, flights, row) for row in rows}
-    rested = np.isin(deposits.outcome[samples.row[samples.starts]], DEPOSITED)
+    rested = np.isin(deposits.outcome[kept], DEPOSITED)
     some = ", of those that came to rest" if rested.any() and not rested.all() else ""
     which = f"Shortest, median and longest runout of {of}{some}"
     save(sections(section, ground, titles, which), folder / "sections.png")
