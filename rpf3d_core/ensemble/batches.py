@@ -179,17 +179,21 @@ def _flown_by(
 ) -> Iterator[list[WrittenRecords]]:
     """Fly the batches on several threads; yield the records to keep of each batch, in the order of the batches.
 
-    A new group starts as soon as fewer than `at_hand` batches are flying or waiting, until `stop` returns True.
+    A new group starts as soon as fewer than `at_hand` batches are flying or waiting, until `stop` returns True. A
+    single batch flies on the calling thread, because starting a thread takes longer than flying a few rocks.
 
     workers : number of threads; groups : yields the batches of each group, as rows (N,) of the releases
     """
     running: deque[Future[list[WrittenRecords]]] = deque()
+    group, following = next(groups, None), next(groups, None)
+    if group is not None and following is None and len(group) == 1:
+        yield _fly_rows(crew, group[0])
+        return
     with ThreadPoolExecutor(workers) as pool:
-        group: list[IntArray] | None = next(groups, None)
         while group or running:
             while group and len(running) < at_hand:
                 running += [pool.submit(_fly_rows, crew, rows) for rows in group]
-                group = next(groups, None)
+                group, following = following, next(groups, None)
             yield running.popleft().result()
             if stop is not None and stop():
                 group = None

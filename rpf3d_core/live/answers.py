@@ -37,7 +37,7 @@ from rpf3d_core.live.clusters import (
 )
 from rpf3d_core.live.coverage import grounds_of
 from rpf3d_core.live.leaving import LeavingTally
-from rpf3d_core.live.released import Released, ReleaseSpread, released_over, releases_of
+from rpf3d_core.live.released import Draw, Released, ReleaseSpread, drawn_for, released_over
 from rpf3d_core.live.standing import Outlines, PreparedTerrain
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_core.setup.rounds import doubling_rounds
@@ -181,8 +181,9 @@ def answers(
     stream, steps = _stream(standing, plan[0][1]), []
     for stage, (first, last) in enumerate(plan):
         stream.stop = partial(stop, stage)
+        draw = drawn_for(standing, released, (first, last))
         for cluster in clusters:
-            if not _fly(stream, standing, released, cluster, (first, last), BLOCK if stage else None):
+            if not _fly(stream, standing, draw, cluster, (first, last), BLOCK if stage else None):
                 return
         if stop(stage):
             return
@@ -238,14 +239,14 @@ def _origin(standing: PreparedTerrain, trigger: Trigger, places: FloatArray) -> 
 def _fly(
     stream: Stream,
     standing: PreparedTerrain,
-    released: Released,
+    draw: Draw,
     cluster: ClusterTally,
     numbers: tuple[Sequence[int], Sequence[int]],
     size: int | None,
 ) -> bool:
     """Fly the next rocks of a cluster, and add them to its counts; return False if the flight was stopped.
 
-    stream : flies the rocks; released : all sources
+    stream : flies the rocks; draw : returns their releases
     numbers : two lists over all sources: number of the first rock to fly, and the number after the last rock
     size : approximate number of rocks in a block; None for blocks of the same size as in a run. The flight may stop
         after each block. With unknowns, `size` has no effect
@@ -254,15 +255,14 @@ def _fly(
     first, last = ([column[i] for i in sources.tolist()] for column in numbers)
     stream.watch, stream.sink = cluster.watching(cluster.tallies), cluster.count
     if standing.sets is not None and cluster.over_sets is not None:
-        return _fly_sets(stream, standing, released, cluster, (first, last))
-    blocks, seed = blocks_of(first, last, size), standing.scene.seed
-    return stream.fly(releases_of(standing, released, some, seed, sources) for some in blocks)
+        return _fly_sets(stream, standing, draw, cluster, (first, last))
+    return stream.fly(draw(some, sources) for some in blocks_of(first, last, size))
 
 
 def _fly_sets(
     stream: Stream,
     standing: PreparedTerrain,
-    released: Released,
+    draw: Draw,
     cluster: ClusterTally,
     numbers: tuple[Sequence[int], Sequence[int]],
 ) -> bool:
@@ -270,7 +270,7 @@ def _fly_sets(
 
     The rocks are added to the counts of the cluster and to the counts of their sets.
 
-    stream : flies the rocks; released : all sources
+    stream : flies the rocks; draw : returns their releases
     numbers : two lists over the sources of the cluster: number of the first rock to fly, and the number after the last
     """
     sets, over, sources = standing.sets, cluster.over_sets, cluster.sources
@@ -280,7 +280,7 @@ def _fly_sets(
             rocks_of_set(number, len(sets.flights), first, last, source)
             for source, first, last in zip(sources.tolist(), *numbers, strict=True)
         ]
-        releases = releases_of(standing, released, dealt, standing.scene.seed, sources)
+        releases = draw(dealt, sources)
         stream.flight = flight
         stream.watch = cluster.watching(over.watch_of(number), over.displacement_of(number))
         flown, left = cluster.flown, cluster.left

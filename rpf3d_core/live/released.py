@@ -5,7 +5,7 @@ are spread around the source, and the answer includes this uncertainty.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,7 @@ from rpf3d_core.ensemble.outward import three_figures
 from rpf3d_core.ensemble.release_heights import ground_below_releases
 from rpf3d_core.ensemble.releases import ABOVE_EVERYTHING, Releases
 from rpf3d_core.ensemble.sizes import sizes_of
+from rpf3d_core.ensemble.stream import taken
 from rpf3d_core.errors import InputError
 from rpf3d_core.live.standing import PreparedTerrain, density_of, mass_of
 from rpf3d_core.live.triggers import Trigger
@@ -33,6 +34,12 @@ plan.
 
 MOST_NAMED = 3
 """Largest number of sources that are named one by one in a sentence."""
+
+AT_ONCE = 16_384
+"""Largest number of rocks whose releases are all computed before the first of them flies."""
+
+Draw = Callable[[Sequence[range | IntArray], IntArray], Releases]
+"""A function that returns the releases of rocks: from a range or an array of rock numbers for each of some sources."""
 
 IN_PLAN = (Purpose.POSITION_X, Purpose.POSITION_Y)
 IN_SPEED = (Purpose.VELOCITY_X, Purpose.VELOCITY_Y, Purpose.VELOCITY_Z)
@@ -133,7 +140,7 @@ def releases_of(
     the ground as its source, so no rock starts in the wall behind the source. If there is no ground at its place, the
     rock starts at the place of its source. Random numbers are drawn as in `ensemble.releases`.
     """
-    numbers = [np.arange(s.start, s.stop, s.step) if isinstance(s, range) else s for s in ranges]
+    numbers = _arrays_of(ranges)
     which = np.arange(len(ranges)) if sources is None else sources
     source = np.repeat(which, [len(some) for some in numbers])
     rock = np.concatenate(numbers)
@@ -143,6 +150,32 @@ def releases_of(
     x = _placed(standing, released, seed, source, rock)
     v = released.velocities[source] + _spread(released.around.velocity, IN_SPEED, seed, source, rock)
     return Releases(source, rock, x, v, mass, radius)
+
+
+def drawn_for(
+    standing: PreparedTerrain, released: Released, numbers: tuple[Sequence[int], Sequence[int]]
+) -> Draw:
+    """Return a function that returns releases of rocks with some of the given numbers, as `releases_of` does.
+
+    For a few rocks, all releases are computed here at once: many clusters of a few rocks each would take NumPy much
+    longer one by one.
+
+    numbers : two lists over all sources: number of the first rock, and the number after the last rock
+    """
+    seed, (first, last) = standing.scene.seed, (np.asarray(some, dtype=np.int64) for some in numbers)
+    counts = last - first
+    if counts.sum() > AT_ONCE:
+        return lambda ranges, sources: releases_of(standing, released, ranges, seed, sources)
+    every = releases_of(standing, released, list(map(range, first.tolist(), last.tolist())), seed)
+    row = np.cumsum(counts) - counts - first  # added to the number of a rock, this is the row of its release
+    return lambda ranges, sources: taken(
+        every, np.concatenate([rocks + row[source] for rocks, source in zip(_arrays_of(ranges), sources, strict=True)])
+    )
+
+
+def _arrays_of(ranges: Sequence[range | IntArray]) -> list[IntArray]:
+    """Return ranges or arrays of rock numbers as arrays."""
+    return [np.arange(some.start, some.stop, some.step) if isinstance(some, range) else some for some in ranges]
 
 
 def _placed(standing: PreparedTerrain, released: Released, seed: int, source: IntArray, rock: IntArray) -> FloatArray:

@@ -1,5 +1,7 @@
 """Tests that results are bitwise equal for other engines, threads, batches, orders of rocks and facets, and turns."""
 
+import threading
+
 import numpy as np
 import pytest
 from on_both_engines import BOTH, MODELS
@@ -64,6 +66,23 @@ def test_the_number_of_threads_changes_no_bit(monkeypatch, threads, model):
     physics = flight(surface(0.5, 0.9, 15.0), model)
     parts = rocks_over("rough slope", 40)
     assert same_bits(fly(over, physics, *parts, threads=threads), fly(over, physics, *parts))
+
+
+def test_a_single_batch_flies_without_further_threads(monkeypatch):
+    over, physics = engine_over("compiled", HARD_PLACES["rough slope"]), flight(surface(0.5, 0.9, 15.0), "none")
+    threads = set()
+
+    def watch(flown, _):
+        threads.add(threading.get_ident())
+        return np.zeros(len(flown.rows))
+
+    fly(over, physics, *rocks_over("rough slope", 40), threads=2, watch=watch)
+    assert threads == {threading.get_ident()}
+    monkeypatch.setattr(flight_order, "LARGEST_BATCH", 3)
+    monkeypatch.setattr(flight_order, "SMALLEST_BATCH", 3)
+    threads.clear()
+    fly(over, physics, *rocks_over("rough slope", 40), threads=2, watch=watch)
+    assert threads and threading.get_ident() not in threads
 
 
 @BOTH

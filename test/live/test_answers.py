@@ -10,6 +10,7 @@ from watched_road import standing_over
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.convergence import is_enough, step_of
+from rpf3d_core.live import released
 from rpf3d_core.live.answers import EnsembleSize, answers
 from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.standing import stand_on
@@ -104,6 +105,29 @@ def test_both_engines_give_the_same_bits(tmp_path):
         for engine in ENGINES
     ]
     assert [bits(a) for a in each[0]] == [bits(a) for a in each[1]]
+
+
+@pytest.mark.parametrize("at_once", [0, 10**6])
+def test_releases_that_are_drawn_at_once_are_those_that_are_drawn_one_by_one(tmp_path, at_once, monkeypatch):
+    monkeypatch.setattr(released, "AT_ONCE", at_once)
+    standing, trigger = pit_standing(tmp_path), over_the_wall(4)
+    over = released.released_over(standing, trigger, WIDE)
+    draw = released.drawn_for(standing, over, ([3, 0, 5, 7], [9, 0, 25, 8]))
+    some = [range(5, 25, 3), np.array([3, 8]), range(0), range(7, 8)], np.array([2, 0, 1, 3])
+    one, other = draw(*some), released.releases_of(standing, over, some[0], standing.scene.seed, some[1])
+    assert one.source.tolist() == [2] * 7 + [0] * 2 + [3]
+    for name in ("source", "rock", "x", "v", "mass", "radius"):
+        assert getattr(one, name).tobytes() == getattr(other, name).tobytes(), name
+
+
+@pytest.mark.parametrize("at_once", [0, 10**6])
+def test_an_answer_does_not_depend_on_how_its_releases_are_drawn(tmp_path, at_once, monkeypatch):
+    """Each source is a cluster; stages after the first have several blocks."""
+    standing = pit_standing(tmp_path, more="target: {half_width: 1.0e-4, most_rocks: 6000}")
+    size, trigger = EnsembleSize(1500, 0, 0.0), over_the_wall(4)
+    before = [bits(a) for a in answers(standing, trigger, WIDE, {}, size, never, count(1))]
+    monkeypatch.setattr(released, "AT_ONCE", at_once)
+    assert [bits(a) for a in answers(standing, trigger, WIDE, {}, size, never, count(1))] == before
 
 
 def test_another_seed_gives_another_answer(tmp_path):
