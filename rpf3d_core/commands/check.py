@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from rpf3d_core.scene.model import Scene
     from rpf3d_core.setup.warnings.extents import Extent
 
+SLOWEST = 2.25
+"""Ratio (-) of the time to compile on a slow machine to `COMPILE_S`."""
+
 
 def check(scene: SceneFile, rocks: RocksOption = None, engine: EngineOption = None) -> None:
     """Report faults of a scene's terrain, start heights of its rocks, and the time and memory that a run will take.
@@ -35,8 +38,8 @@ def check(scene: SceneFile, rocks: RocksOption = None, engine: EngineOption = No
 
 
 def _print_extents(scene: "Scene", extents: "list[Extent]", hints: list[str]) -> None:
-    """Print the extent of each input of a scene, and notes on inputs that look misplaced."""
-    width = max(len(extent.name) for extent in extents)
+    """Print the extent of each input of a scene, and notes on inputs that look misplaced; both may be empty."""
+    width = max((len(extent.name) for extent in extents), default=0)
     for extent in extents:  # not as a table, which would break numbers in a narrow terminal
         screen.print(f"{extent.name.ljust(width)}  {extent.describe(scene.terrain.crs)}", soft_wrap=True)
     print_warnings(hints)
@@ -94,7 +97,7 @@ def _compiling(cost: "Cost") -> str:
 
     if cost.engine != Compiled.name:
         return ""
-    some = f"some {COMPILE_S:.0f} to {1.5 * COMPILE_S:.0f} s"
+    some = f"some {COMPILE_S:.0f} to {SLOWEST * COMPILE_S:.0f} s"
     if cost.compile_s:
         return f", and {some} to compile, the first time"
-    return f"; the first run of a new combination of models and effects compiles for {some} before"
+    return f"; the first run of these models with these effects also compiles, for {some}"

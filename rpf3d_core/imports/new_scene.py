@@ -13,7 +13,14 @@ from rpf3d_core.formats.reference_system import why_unusable
 from rpf3d_core.formats.units import METRE
 from rpf3d_core.imports.crests import Crest, crests_of, listed
 from rpf3d_core.imports.folder import check_new_folder, new_folder
-from rpf3d_core.imports.new_scene_text import SCHEMA, NewScene, ZoneFound, scene_text, words_on_crest
+from rpf3d_core.imports.new_scene_text import (
+    SCHEMA,
+    NewScene,
+    ZoneFound,
+    crest_numbers,
+    scene_text,
+    words_on_crest,
+)
 from rpf3d_core.imports.scene_text import counted
 from rpf3d_core.scene.listings.json_schema import scene_schema
 from rpf3d_core.scene.model import Scene
@@ -159,13 +166,14 @@ def _sentences(found: NewScene) -> list[str]:
 
 
 def _on_crests(found: NewScene) -> list[str]:
-    """Return sentences on the crests of a new scene: number and data of the crests, and why crest_1 is the source."""
+    """Return sentences on the crests of a new scene: number and data of the crests, and why one is the source."""
     if found.misread:
         return ["no crest searched, because the unit or the axes look wrong: see the first note"]
     if not found.crests:
         return ["no crest found: the source is a guess, so place it yourself"]
+    numbers = crest_numbers(found)
     words = [f"crest_{number}: {words_on_crest(crest, found.choice_up)}"
-             for number, crest in enumerate(found.crests, start=1)]  # fmt: skip
+             for number, crest in zip(numbers, found.crests, strict=True)]  # fmt: skip
     reason = ", because rocks from there may fall farthest; the others are comments in the scene"
     why = "" if len(words) == 1 else reason
-    return [f"{counted(len(words), 'crest candidate')}; the source is crest_1{why}", *words]
+    return [f"{counted(len(words), 'crest candidate')}; the source is crest_{numbers[0]}{why}", *words]

@@ -139,11 +139,18 @@ def _sources(found: NewScene) -> Iterator[str]:
         f"{STEEP:g} degrees. Each lies {OVER:g} m over the brow, so that rocks fall and do not rest behind it. The "
         f"source is the crest with the longest fall, of those at least {LONG:g} m long. The fall is the height down to "
         f"the lowest ground in front of the crest that a line steeper than {ENERGY_LINE:g} degrees reaches. Of many "
-        "crests the largest and the highest are listed. A mesh does not show where rocks are released: choose yours; "
+        "crests the largest and the highest are listed; crest_1 is the highest. A mesh does not show where rocks are "
+        "released: choose yours; "
         "remove the # of others.")  # fmt: skip
     yield "sources:"
-    for number, crest in enumerate(found.crests, start=1):
-        yield from _crest(number, crest, found.choice_up, "" if number == 1 else "# ")
+    for place, (number, crest) in enumerate(zip(crest_numbers(found), found.crests, strict=True)):
+        yield from _crest(number, crest, found.choice_up, "# " if place else "")
+
+
+def crest_numbers(found: NewScene) -> list[int]:
+    """Return a number for each crest, from 1 for the highest, as the parts of a split layer are numbered."""
+    order = np.argsort([-_altitude(crest, found.choice_up) for crest in found.crests], kind="stable")
+    return [int(place) + 1 for place in np.argsort(order)]
 
 
 def _crest(number: int, crest: Crest, up: str, mark: str) -> Iterator[str]:
@@ -164,9 +171,14 @@ def words_on_crest(crest: Crest, up: str) -> str:
 
     The altitude is that of the line of release, a little in front of the brow.
     """
-    line = np.median(crest.points[:, "xyz".index(up)])
+    line = _altitude(crest, up)
     return (f"{crest.length:.0f} m long, line at {line:,.0f} m just below the brow, above a face of "
             f"{crest.height:.0f} m, fall {crest.fall:.0f} m")  # fmt: skip
+
+
+def _altitude(crest: Crest, up: str) -> float:
+    """Return the median altitude (m) of the points of a crest; up : axis that points up."""
+    return float(np.median(crest.points[:, "xyz".index(up)]))
 
 
 def _end() -> Iterator[str]:

@@ -37,6 +37,7 @@ from rpf3d_core.report.words import (
 )
 from rpf3d_core.results.inputs import ASSUMED
 from rpf3d_core.terrain.faces import LOWEST, STEEP
+from rpf3d_core.values import UNSTOPPED, Outcome
 
 MOST_ROWS, FEWEST_BENCHES = 12, 3
 """Largest number of rows in the table of main figures, except that at least FEWEST_BENCHES zones have two rows each."""
@@ -49,6 +50,16 @@ AT_BARRIERS = {
     "first_flown_over": "flew over {} at the first arrival",
 }  # fmt: skip
 """Words for what rocks did at a barrier, in the table of main figures, by name in summary.json; {} : its name."""
+NOT_STOPPED = {
+    Outcome.LEFT_TERRAIN: "flew past the edge of the terrain",
+    Outcome.LOST_TO_HOLE: "fell through holes of the terrain",
+    Outcome.MAX_TIME: "were still moving at max_time",
+    Outcome.MAX_IMPACTS: "reached max_impacts",
+    Outcome.UNRESOLVED_CONTACT: "were still in motion when their bounces had died out",
+    Outcome.FAILED: "failed",
+    Outcome.FELL_THROUGH: "were found below the ground: a fault of rpf3d",
+}
+"""Words for the rocks with each outcome of `UNSTOPPED`, after their number."""
 THREE = ("value", "95 % predictive", "95 % sampling")
 NO_PREDICTIVE = (
     "Predictive intervals are unknown, because the scene takes every coefficient of the ground as known. Sampling "
@@ -149,10 +160,10 @@ def _run_facts(run: RunFiles, site: str) -> Table:
 
 
 def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
-    """Yield the warnings at the top of the report: first changed inputs, last the notes on the run's files.
+    """Yield the warnings at the top of the report: first changed inputs.
 
-    Between them: an interruption of the run, missing hazard maps, the warnings of the run, the reasons why results look
-    too certain, and the numbers of rocks without a face below their release and of rocks that did not stop.
+    Between them: an interruption of the run, missing hazard maps, the warnings of the run, and the reasons why results
+    look too certain. Last: the numbers of rocks without a face below their release and of rocks that did not stop.
     """
     yield from changed_inputs(run)
     if run.summary["partial"]:
@@ -173,9 +184,16 @@ def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
                f"than {STEEP:g} degrees and {LOWEST:g} m high ends below their release.")  # fmt: skip
     rest = float(run.ends.at_rest.mean())
     if rest < 1.0:
-        yield (f"{in_percent(1.0 - rest, 1)} % of the rocks did not stop on the terrain: they count as "
-               "stopping farther than every distance.")  # fmt: skip
-    yield from (_as_sentence(note) for note in run.inputs.get("notes", ()))
+        yield (f"{in_percent(1.0 - rest, 1)} % of the rocks did not stop on the terrain{_not_stopped(run)}: they count "
+               "as stopping farther than every distance.")  # fmt: skip
+
+
+def _not_stopped(run: RunFiles) -> str:
+    """Return the outcomes of the rocks that did not stop as text in brackets, with their numbers, most first."""
+    found = {NOT_STOPPED[outcome]: run.summary["outcomes"].get(outcome.name.lower(), {}).get("rocks", 0)
+             for outcome in UNSTOPPED}  # fmt: skip
+    most_first = sorted((words for words, rocks in found.items() if rocks), key=lambda words: -found[words])
+    return f" ({', '.join(f'{found[words]:,} {words}' for words in most_first)})" if most_first else ""
 
 
 def _as_sentence(warning: str) -> str:
@@ -223,7 +241,7 @@ def _answer(run: RunFiles, toes: SourceToes) -> list[Element]:
     more = [Text(sentence)] if left else []
     more += [Text(caught)] if (caught := _caught(run).strip()) else []
     return [
-        Heading("The answer"), Table(("", *THREE), rows), *more, *_not_reached(run), *further_faces(toes.together),
+        Heading("The answer"), Table(("", *THREE), rows), *more, *further_faces(toes.together),
         Text(note, quiet=True),
     ]  # fmt: skip
 
@@ -306,6 +324,8 @@ def _pictures(run: RunFiles, section: CriticalSection | None) -> Iterator[Elemen
             done.add(name)
             more = _cells_without_energy(run) if name == ENERGY else ""
             yield Picture(_trimmed(run.folder / name), f"{words}{more}", 0.9)
+    if notes := run.inputs.get("notes", ()):
+        yield Text(" ".join(_as_sentence(note) for note in notes), quiet=True)
     if not (run.folder / "map.png").is_file():
         yield Text("The run wrote no maps (`outputs.pictures` is false).", quiet=True)
 
@@ -368,8 +388,9 @@ def _benches(run: RunFiles) -> Iterator[Element]:
     ])  # fmt: skip
     whose = "of all rocks" if "sources" not in run.summary else "of the rocks of the named source, or of all rocks"
     yield Text(f"Reached: share {whose}. Retained: share of the rocks that reached the zone and stopped there. "
-               "A zone is one row, however many surfaces it has: `terrain.split` makes a zone of each. Zones that no "
-               f"rock reached are left out.{IF_LOST_CAME if lost else ''}{_caught(run)}", quiet=True)  # fmt: skip
+               "A zone is one row, however many surfaces it has: `terrain.split` makes a zone of each."
+               f"{IF_LOST_CAME if lost else ''}{_caught(run)}", quiet=True)  # fmt: skip
+    yield from _not_reached(run)
     yield Table(("zone", "p95 energy", *THREE[1:]), [
         [f"{name}{_from(place, 'energy_source')}", kilojoules(place["energy_p95_j"]),
          interval(place.get("energy_p95_predictive_j"), kilojoules),

@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
+
 from rpf3d_core.report.elements import Element, Heading, Table, Text
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.words import UNKNOWN, given
@@ -125,6 +127,15 @@ def _rock(run: RunFiles, rock: dict[str, Any]) -> Iterator[tuple[str, str, str]]
     yield "rock density", f"{given(rock['density'])} kg/m3", _stated(run, "rock.density")
     yield "rock size", size or "that of its shape", STATED if size is None else _stated(run, *paths)
     yield "rock shape", shape, _stated(run, "rock.shape")
+    yield "mass of the rocks flown", _masses(run), "from density, size and shape"
+
+
+def _masses(run: RunFiles) -> str:
+    """Return the range and the median of the masses of all rocks flown as text, without fragments."""
+    mass = run.ends.mass[[piece == 0 for _, _, piece in run.ends.key]]
+    low, middle, high = (f"{value:,.3g}" if value < 1e3 else f"{float(f'{value:.3g}'):,.0f}"
+                         for value in (mass.min(), float(np.median(mass)), mass.max()))  # fmt: skip
+    return f"{low} kg" if low == high else f"{low} to {high} kg, median {middle} kg"
 
 
 def _size(run: RunFiles, path: str, value: Any, unit: str) -> str:
@@ -155,7 +166,24 @@ def _source(run: RunFiles, number: int, source: dict[str, Any]) -> Iterator[tupl
             yield what, f"{name} of its rocks {_size(run, f'{at}.{name}', source[name], unit)}", STATED
     flown = sum(name == source["name"] and piece == 0 for name, _, piece in run.ends.key)
     yield what, f"{flown:,} rocks flown", _stated(run, f"{at}.rocks", "rocks")
-    yield what, f"{given(speed)} m/s", _stated(run, f"{at}.velocity", f"{at}.speed")
+    yield what, f"{given(speed)} m/s{_direction(source)}", _stated(run, f"{at}.velocity", f"{at}.speed")
+
+
+def _direction(source: dict[str, Any]) -> str:
+    """Return the direction of the release speed of a source, and spreads of speed and direction, as text.
+
+    source : its values in the scene
+    """
+    found = []
+    if source["azimuth_deg"] is not None:
+        found.append(f"towards {given(source['azimuth_deg'])} degrees clockwise from north")
+    if source["elevation_deg"]:
+        found.append(f"{given(source['elevation_deg'])} degrees above the horizontal")
+    if source["spread_deg"]:
+        found.append(f"in a cone of {given(source['spread_deg'])} degrees to each side")
+    if any(source["velocity_spread"]):
+        found.append(f"each component up to {given(source['velocity_spread'])} m/s more or less")
+    return "".join(f", {words}" for words in found)
 
 
 def _coefficients(run: RunFiles) -> Iterator[tuple[str, str, str, str]]:

@@ -4,6 +4,7 @@ import json
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.report.elements import (
@@ -27,7 +28,7 @@ WIDTH, BOTTOM = 174.0, 279.0
 HIGHEST, LEAST, CAPTION = 115.0, 0.6, 18.0
 """Largest height of a picture (mm); smallest share (-) of its height that a picture keeps if it is reduced to fit the
 rest of a page; height of a caption with the space around it (mm)."""
-FEW_ROWS = 5
+FEW_ROWS = 10
 """Number of rows below which a table is not divided between two pages.
 
 A longer table continues on the next page, where its header is repeated.
@@ -43,6 +44,13 @@ STYLE = """\
 #show table.cell: set text(size: 8pt)
 #show figure.caption: set text(size: 8.5pt, fill: luma(90))
 """
+
+
+class PicturePlace(NamedTuple):
+    """The height (mm) of a picture; is_next_page : True if the picture does not fit on the page of the text before."""
+
+    height: float
+    is_next_page: bool
 
 
 def write_pdf(path: Path, title: str, elements: Sequence[Element]) -> None:
@@ -69,26 +77,29 @@ def write_pdf(path: Path, title: str, elements: Sequence[Element]) -> None:
 def write_source(folder: Path, title: str, elements: Sequence[Element]) -> Path:
     """Write the report in the language of typst, with its pictures, into a folder; return the path of the typst file.
 
-    A picture that is too high for the rest of its page is reduced to fit, but not below LEAST (60 %) of its height. The
-    heights are chosen here, one picture after another, because typst does not converge if each height depends on the
-    places of all pictures before it. The height of a picture does not affect the pages before the picture, so each
-    height is chosen only once.
+    A picture that is too high for the rest of its page is reduced to fit, but not below LEAST (60 %) of its height. A
+    picture that would become smaller goes to the next page, with a heading directly above it. This is decided here, for
+    one picture after another, because typst does not converge if the height of each picture depends on the places of
+    all pictures before it. A picture does not affect the pages before it, so each decision is made only once.
     """
     pictures = {number: element for number, element in enumerate(elements) if isinstance(element, Picture)}
     for number, picture in pictures.items():
         (folder / f"{number}.png").write_bytes(picture.png)
     full = {number: _height(picture.png, picture.width) for number, picture in pictures.items()}
-    heights, last, source = dict(full), -1, folder / "report.typ"
+    places = {number: PicturePlace(height=height, is_next_page=False) for number, height in full.items()}
+    last, source = -1, folder / "report.typ"
     while True:
         text = [STYLE, f"#set document(title: {quoted(title)})"]
-        text += [_element(element, number, heights) for number, element in enumerate(elements)]
+        text += [_element(element, number, places) for number, element in enumerate(elements)]
         source.write_text("\n\n".join(text), encoding="utf-8")
         left = _left(source) if pictures else {}
-        fitting = [n for n in pictures if n > last and LEAST * full[n] < left.get(n, 0.0) < full[n]]
-        if not fitting:
+        too_high = [n for n in pictures if n > last and left.get(n, 0.0) < full[n]]
+        if not too_high:
             return source
-        last = fitting[0]
-        heights[last] = left[last]
+        last = too_high[0]
+        rest = left.get(last, 0.0)
+        places[last] = (places[last]._replace(height=rest) if rest > LEAST * full[last]
+                        else places[last]._replace(is_next_page=True))  # fmt: skip
 
 
 def _left(source: Path) -> dict[int, float]:
@@ -105,8 +116,8 @@ def quoted(text: str) -> str:
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
 
 
-def _element(element: Element, number: int, heights: Mapping[int, float]) -> str:
-    """Return one element of the report as typst; heights : of the pictures (mm), by number of the element."""
+def _element(element: Element, number: int, places: Mapping[int, PicturePlace]) -> str:
+    """Return one element of the report as typst; places : of the pictures, by number of the element."""
     match element:
         case Heading(text, level):
             return f"#heading(level: {level}, {quoted(text)})"
@@ -120,9 +131,9 @@ def _element(element: Element, number: int, heights: Mapping[int, float]) -> str
         case Table():
             return _table(element)
         case Picture(_, caption, _):
-            return _picture(number, heights[number], caption)
+            return _picture(number, places[number], caption)
         case View(_, _, instead):
-            return f"#par(text(size: 8pt, fill: luma(90), {quoted(instead)}))"
+            return f"#block(sticky: true, text(size: 8pt, fill: luma(90), {quoted(instead)}))"
         case SignOff(fields):
             cells = "".join(f"[#v(28pt) #line(length: 100%, stroke: 0.6pt) #text(size: 8pt, {quoted(field)})], "
                             for field in fields)  # fmt: skip
@@ -139,14 +150,16 @@ def _height(png: bytes, width: float) -> float:
     return min(width * WIDTH * down / across, HIGHEST)
 
 
-def _picture(number: int, height: float, caption: str) -> str:
-    """Return a picture as typst; number : of the element; height : of the picture (mm).
+def _picture(number: int, place: PicturePlace, caption: str) -> str:
+    """Return a picture as typst; number : of the element.
 
-    A mark before the picture records the position (mm) on the page. The mark stays on this page even if the picture
-    does not fit there and moves to the next page.
+    A mark before the picture records the position (mm) on the page. The mark stays on this page if the picture does not
+    fit there, until it is known that the picture goes to the next page: then the mark and a heading above it go, too.
     """
-    return (f"#block(height: 0pt, above: 10pt, below: 0pt)[#context [#metadata(({number}, here().position().y / 1mm)) "
-            f'<picture>]]\n#figure(image("{number}.png", height: {height:.2f}mm), caption: {quoted(caption)}, '
+    sticky = "true" if place.is_next_page else "false"
+    return (f"#block(height: 0pt, above: 10pt, below: 0pt, sticky: {sticky})"
+            f"[#context [#metadata(({number}, here().position().y / 1mm)) "
+            f'<picture>]]\n#figure(image("{number}.png", height: {place.height:.2f}mm), caption: {quoted(caption)}, '
             "numbering: none)")  # fmt: skip
 
 

@@ -19,6 +19,10 @@ WIDTH = 0.2
 """Width of the strip along the section in which paths are drawn, as a share (-) of the largest runout."""
 NARROWEST = 10.0
 """Smallest width (m) of the strip."""
+POINTS_DOWNHILL = 21
+"""Number of points along each side of the square of ground that shows where the ground falls."""
+LEVEL = 0.02
+"""Largest gradient (-) of ground that counts as level, so that its direction means nothing."""
 BEHIND, AHEAD = 0.15, 0.1
 """Extension of the section behind the release and beyond the farthest end of a rock.
 
@@ -36,7 +40,8 @@ class CriticalSection(NamedTuple):
         points outside the strip; width : m, width of the strip
     path : (P, 2) m, the path of this rock, distance and elevation; None if the result does not have this path
     start : (2,) m, the release in z-up input coordinates; azimuth : direction of the section, degrees clockwise from
-        north
+        north; downhill : mean direction in which the ground falls between the release and the toe, or the end of the
+        section without a toe, likewise; NaN for level ground
     """
 
     key: tuple[str, int, int]
@@ -49,6 +54,12 @@ class CriticalSection(NamedTuple):
     width: float
     start: FloatArray
     azimuth: float
+    downhill: float
+
+    @property
+    def obliquity(self) -> float:
+        """The angle (degrees, 0 to 180) between the section and the direction in which the ground falls; may be NaN."""
+        return abs((self.azimuth - self.downhill + 180.0) % 360.0 - 180.0)
 
 
 def critical_section(run: RunFiles) -> CriticalSection | None:
@@ -68,14 +79,38 @@ def critical_section(run: RunFiles) -> CriticalSection | None:
     line = start + distance[:, None] * along
     ground = heights_at(height_image(run.terrain, line, 1.0), line)
     ahead = distance >= 0.0
+    toe = foot_of_face(distance[ahead], ground[ahead])
     east, north, up = run.terrain.frame.origin
     return CriticalSection(
-        key=ends.key[row], runout=runout,
-        toe=foot_of_face(distance[ahead], ground[ahead]), distance=distance, ground=ground + up,
+        key=ends.key[row], runout=runout, toe=toe, distance=distance, ground=ground + up,
         paths=_in_strip(run, start, along, width), path=_onto(run, run.path_of(ends.key[row]), start, along),
         width=width, start=start + np.array([east, north]),
-        azimuth=float(np.degrees(np.arctan2(along[0], along[1])) % 360.0),
+        azimuth=_azimuth(along), downhill=_downhill(run, start, along, toe if np.isfinite(toe) else length),
     )  # fmt: skip
+
+
+def _azimuth(direction: FloatArray) -> float:
+    """Return a direction (2,) in plan in degrees clockwise from north, 0 to 360."""
+    return float(np.degrees(np.arctan2(direction[0], direction[1])) % 360.0)
+
+
+def _downhill(run: RunFiles, start: FloatArray, along: FloatArray, length: float) -> float:
+    """Return the direction in which the ground around a line falls, degrees clockwise from north; NaN for level ground.
+
+    It is the direction of the plane that fits best to the heights in a square around the line. The centre of the square
+    is the middle of the line, and its sides have the length of the line.
+
+    start, along : (2,) m, local frame, and (2,) unit vector of the line; length : of the line (m)
+    """
+    steps = np.linspace(-0.5, 0.5, POINTS_DOWNHILL) * length
+    offsets = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    places = start + 0.5 * length * along + offsets
+    heights = heights_at(height_image(run.terrain, places, 1.0), places)
+    known = np.isfinite(heights)
+    if known.sum() < 3:
+        return float("nan")
+    fit, *_ = np.linalg.lstsq(np.column_stack([offsets, np.ones(len(offsets))])[known], heights[known], rcond=None)
+    return _azimuth(np.asarray(-fit[:2])) if np.linalg.norm(fit[:2]) > LEVEL else float("nan")
 
 
 def _onto(run: RunFiles, path: FloatArray | None, start: FloatArray, along: FloatArray) -> FloatArray | None:

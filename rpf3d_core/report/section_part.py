@@ -19,6 +19,8 @@ from rpf3d_core.report.source_toes import SourceToes, farthest
 from rpf3d_core.report.toe import DESIGN, FAR, BeyondToe, held_beyond
 from rpf3d_core.report.words import metres
 
+OBLIQUE = 30.0
+"""Largest angle (degrees) between the section and the direction in which the ground falls, without a sentence on it."""
 UNKNOWN_PATH = " The result does not have the path of this rock: run the scene again to draw it."
 
 
@@ -40,6 +42,12 @@ def section_part(run: RunFiles, toes: SourceToes, section: CriticalSection | Non
                f"from its release (rock {rock} of source {source}, runout {metres(section.runout)}). Its "
                f"azimuth, {whole_degrees(section.azimuth)}, is the mean of the rocks that start there. It shows the "
                f"paths in a strip of {section.width:.0f} m{known}.{'' if known else UNKNOWN_PATH}")  # fmt: skip
+    if section.obliquity > OBLIQUE:  # False if the obliquity is not known
+        yield Text(f"The ground there falls towards {whole_degrees(section.downhill)}: the section crosses the faces "
+                   "at an angle, so they look flatter and berms wider than they are.")  # fmt: skip
+    if not run.ends.at_rest.all():
+        yield Text("Rocks that did not stop on the terrain may have gone farther than this rock: the terrain does not "
+                   "show how far, so no section is drawn through their releases.")  # fmt: skip
     fences, elsewhere = fences_in(run, section)
     above = "the ground, the paths and the barriers" if fences else "the ground and the paths"
     far = farthest(toes, DESIGN)

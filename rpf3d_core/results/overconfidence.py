@@ -8,7 +8,7 @@ import numpy as np
 
 from rpf3d_core.ensemble.flights import Deposits
 from rpf3d_core.ensemble.statistics import share_of
-from rpf3d_core.hazard.benches import AREA, bench_table, share_text
+from rpf3d_core.hazard.benches import AREA, bench_table, in_percent, share_text
 from rpf3d_core.hazard.by_source.each_source import worst_benches
 from rpf3d_core.hazard.filled_cells import filling_cell, reached_cells
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
@@ -16,6 +16,7 @@ from rpf3d_core.results.calibration_folder import FOUND
 from rpf3d_core.results.findings import Run
 from rpf3d_core.setup.coverage import covered_share
 from rpf3d_core.setup.warnings.placement import WHOLE
+from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Outcome
 
 FEW_PATHS = 20
@@ -31,6 +32,10 @@ A cell has few rocks if fewer than 20 rocks reached it.
 """
 NOTABLE = 0.5
 """A sentence is shown if the misfit of the calibration (m) is at least this large."""
+MANY_LEFT = 0.01
+"""A sentence is shown if more than this share (-) of the rocks flew past the edge of the terrain."""
+PARTS = 8
+"""Number of parts along each axis into which the places where rocks left the terrain are divided, to name one."""
 NAMED = 3
 """Largest number of places or unknowns that a sentence names."""
 SOME_ELSEWHERE = 0.05
@@ -65,8 +70,8 @@ MISFIT_LEFT_OUT_AT_BARRIERS = "the misfit of the model, because paths at barrier
 def surer_than_it_may_be(run: Run) -> list[str]:
     """Return the reasons why the results of a run look more certain than they are, as sentences; [] without reasons."""
     return [
-        *_of_the_ground(run), *_of_places(run), *_of_areas(run), *_of_barriers(run), *_of_paths(run),
-        *_of_releases(run), *_of_cells(run), *_of_energies(run),
+        *_of_the_ground(run), *_of_the_edge(run), *_of_places(run), *_of_areas(run), *_of_barriers(run),
+        *_of_paths(run), *_of_releases(run), *_of_cells(run), *_of_energies(run),
     ]  # fmt: skip
 
 
@@ -148,6 +153,34 @@ def _counted_as_known(run: Run) -> list[str]:
     from rpf3d_core.setup.unknowns import counted_as_known  # imported only if the scene has unknowns
 
     return counted_as_known(run.scene, run.terrain.zones)
+
+
+def _of_the_edge(run: Run) -> Iterator[str]:
+    """Yield a sentence if many rocks flew past the edge of the terrain: where they did, and what to do."""
+    deposits = run.flights.deposits
+    left = deposits.x[deposits.outcome == Outcome.LEFT_TERRAIN]
+    if len(left) <= MANY_LEFT * len(deposits.x):
+        return
+    plan = left[:, :2] + np.array(run.terrain.frame.origin[:2])
+    (x, y), rocks = busiest_place(plan)
+    yield (f"{in_percent(len(left) / len(deposits.x), 1)} % of the rocks flew past the edge of the terrain, so nothing "
+           f"is known about where they stop; most often ({rocks:,} of {len(left):,}) near E {x:,.0f}, N {y:,.0f}. "
+           "Take a terrain that reaches farther there")  # fmt: skip
+
+
+def busiest_place(plan: FloatArray) -> tuple[tuple[float, float], int]:
+    """Return the mean (m) of the points in the part of the plan that contains most points, and their number.
+
+    The rectangle around all points is divided into PARTS by PARTS (8 by 8) parts.
+
+    plan : (N, 2) m, at least one point
+    """
+    low, size = plan.min(axis=0), np.ptp(plan, axis=0)
+    part = np.minimum((plan - low) / np.where(size > 0.0, size, 1.0) * PARTS, PARTS - 1).astype(np.int64)
+    number = part @ (PARTS, 1)
+    inside = number == np.bincount(number).argmax()
+    x, y = plan[inside].mean(axis=0).tolist()
+    return (x, y), int(inside.sum())
 
 
 def _of_places(run: Run) -> Iterator[str]:

@@ -4,7 +4,8 @@ The check refuses every scene that `rpf3d run` refuses, with one exception: rock
 are reported for each source.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 from rpf3d_core.ensemble.outward import three_figures
@@ -126,7 +127,8 @@ def check_scene(scene: Scene, show: Shown | None = None) -> Check:
 
     show : called with the extents of all inputs, and with sentences on inputs that look misplaced, after the terrain
         has been read, even if the terrain is then refused; not called if an earlier check fails, for example if a file
-        of points is damaged
+        of points is damaged. If another input is refused, it is called again, without extents, with the remarks on
+        the terrain
 
     Raises
     ------
@@ -137,8 +139,9 @@ def check_scene(scene: Scene, show: Shown | None = None) -> Check:
     read_companions(scene)
     read = _terrain_after_showing(scene, show)
     by_reference = scene.model_copy(update={"engine": Reference.name})  # it needs no compiling
-    prepared = prepare(by_reference, terrain_read=read)
-    releases, heights = looked_at(prepared, MOST_CHECKED)
+    with _remarks_before_refusal(read[1], show):
+        prepared = prepare(by_reference, terrain_read=read)
+        releases, heights = looked_at(prepared, MOST_CHECKED)
     maps = Maps(raster=prepared.raster, facets=len(prepared.terrain.triangles), allowed=scene.hazard.memory_gb)
     placed = placement_warnings(prepared, releases, heights)
     rims = hanging_rims(prepared.terrain, prepared.engine)
@@ -161,6 +164,20 @@ def check_scene(scene: Scene, show: Shown | None = None) -> Check:
         idle=tuple(unused_materials(scene, prepared.terrain.zones)),
     )
     return _with_pilot(report, prepared, releases) if report.fit else report
+
+
+@contextmanager
+def _remarks_before_refusal(faults: FaultReport, show: Shown | None) -> Iterator[None]:
+    """If an input is refused in this context, show the remarks on the terrain, which may say why.
+
+    For example, an input lies off a terrain whose file states another unit than that in which it is read.
+    """
+    try:
+        yield
+    except InputError:
+        if show is not None and faults.remarks:
+            show([], list(faults.remarks))
+        raise
 
 
 def _terrain_after_showing(scene: Scene, show: Shown | None) -> tuple[Terrain, FaultReport]:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.words import scene_name
+from rpf3d_core.hazard.benches import AREA
 from rpf3d_core.results.hazard_files.benches_csv import write_csv
 from rpf3d_core.results.series import Curve, Panel
 from rpf3d_core.scene.listings.key_words import KeyWords, key_in_words
@@ -26,7 +27,7 @@ from rpf3d_core.sweep.tables import (
 from rpf3d_core.sweep.varied import Varied
 
 NEARLY_ALL = 0.9
-"""Smallest retained share (-), in all cells, for which the picture shows the share of rocks that reached the place.
+"""Smallest retained share (-), in all cells, for which the picture shows the share that reached a zone or barrier.
 
 For example, a pit floor retains nearly all rocks that reach it.
 """
@@ -89,13 +90,15 @@ def panels_of(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence
 
 
 def _panel(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[CellRecord], place: Place) -> Panel:
-    """Return the panel of a place with the share of rocks that the place retained.
+    """Return the panel of a zone or barrier with the share of rocks that it retained; of an area, that reached it.
 
-    If this share is known in at least one cell, and at least NEARLY_ALL (90 %) in all cells in which it is known, the
-    panel shows the share of rocks that reached the place.
+    An area, such as a ramp, is to stay clear: the share that it retains says nothing about that. If the share that a
+    zone or barrier retained is known in at least one cell, and at least NEARLY_ALL (90 %) in all cells in which it is
+    known, its panel shows the share of rocks that reached it, too.
     """
     retained = [figure.value for record in records if (figure := figure_of(record, RETAINED, place))]
-    result = REACHED if min((value for value in retained if value is not None), default=0.0) >= NEARLY_ALL else RETAINED
+    least = min((value for value in retained if value is not None), default=0.0)
+    result = REACHED if place[0] == AREA or least >= NEARLY_ALL else RETAINED
     name = place_name(place)
     title, of = f"retained by {name}", "rocks that reached it"
     if result == REACHED:

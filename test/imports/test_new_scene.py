@@ -320,6 +320,18 @@ def test_the_source_is_the_crest_from_which_rocks_fall_farthest(tmp_path: Path) 
     assert second.startswith("crest_2: ") and second.endswith("above a face of 20 m, fall 20 m")
 
 
+def test_crests_are_numbered_from_the_top_as_zones_are(tmp_path: Path) -> None:
+    """Rocks fall farther from the lower crest, which is the source, because a wide berm holds those from the upper."""
+    vertices, triangles = surveyed()
+    z = np.interp(vertices[:, 0], [-20.0, 0.0, 2.0, 40.0, 48.0, 60.0], [30.0, 30.0, 24.0, 24.0, 0.0, 0.0])
+    write_obj(tmp_path / "pit.obj", np.column_stack([vertices[:, :2], z]), triangles)
+    written = write_new_scene(tmp_path / "site", tmp_path / "pit.obj", FileChoice())
+    assert [source.name for source in read_scene(written.path).sources] == ["crest_2"]
+    (count, first, second) = written.sentences[-3:]
+    assert "the source is crest_2, because" in count
+    assert first.startswith("crest_2: ") and second.startswith("crest_1: ")
+
+
 def test_a_folder_with_files_is_not_touched(tmp_path: Path) -> None:
     vertices, triangles = surveyed()
     write_obj(tmp_path / "pit.obj", vertices, triangles)

@@ -20,7 +20,7 @@ from rpf3d_core.ensemble.statistics import share_of
 from rpf3d_core.errors import InputError
 from rpf3d_core.report import view
 from rpf3d_core.report.content import FIELDS, LIMITS, report_elements
-from rpf3d_core.report.elements import Heading, Picture, Table, Text, Warnings
+from rpf3d_core.report.elements import Heading, Picture, Table, Text, View, Warnings
 from rpf3d_core.report.html import html_document
 from rpf3d_core.report.pdf import PNG, quoted, write_pdf, write_source
 from rpf3d_core.report.report import write_report
@@ -115,13 +115,17 @@ def test_missing_hazard_maps_are_named_first(unknown_ground, tmp_path) -> None:
         shutil.rmtree(folder / "hazard", ignore_errors=True)
 
 
-def test_notes_that_concern_files_only_stand_after_all_warnings(unknown_ground, tmp_path) -> None:
+def test_notes_that_concern_files_only_stand_with_the_maps_and_not_among_the_warnings(unknown_ground, tmp_path) -> None:
     folder = shutil.copytree(unknown_ground, tmp_path / "run")
     inputs = json.loads((folder / "inputs.json").read_text())
     assert not set(inputs["notes"]) & set(inputs["warnings"])
     (folder / "inputs.json").write_text(json.dumps(inputs | {"warnings": ["a rock"], "notes": ["no cell of 1 m"]}))
-    warnings = next(element for element in report_elements(read_run(folder), "site") if isinstance(element, Warnings))
-    assert warnings.sentences[-1] == "No cell of 1 m." and len(warnings.sentences) > 2
+    elements = report_elements(read_run(folder), "site")
+    warnings = next(element for element in elements if isinstance(element, Warnings))
+    assert "A rock." in warnings.sentences and "No cell of 1 m." not in warnings.sentences
+    headings = [each.text for each in elements[: elements.index(Text("No cell of 1 m.", quiet=True))]
+                if isinstance(each, Heading)]  # fmt: skip
+    assert headings[-1] == "Terrain, paths and hazard"
 
 
 def test_an_interrupted_run_says_so_first(unknown_ground, tmp_path) -> None:
@@ -141,6 +145,10 @@ def test_every_share_has_both_intervals_the_predictive_first(unknown_ground) -> 
         _, value, predictive, sampling = next(row for row in table.rows if row[0] == "berm")
         assert re.fullmatch(r"[\d.]+ %", value) and UNKNOWN not in (predictive, sampling) and predictive != sampling
     assert next(row for row in retained.rows if row[0] == "berm")[2] == "0-100 %"
+
+
+def texts_of(elements) -> list[str]:
+    return [element.text for element in elements if isinstance(element, Text)]
 
 
 def answer_of(run) -> tuple[list[str], list[str]]:
@@ -187,7 +195,9 @@ def test_the_answer_has_the_barriers_and_what_no_rock_reached(unknown_ground) ->
             "flew over fence at the first arrival",
         )
     ]  # fmt: skip
-    assert any("No rock reached PIT FLOOR" in text and "interval 0-3 %" in text for text in texts)
+    below = texts_of(report_elements(run, "site"))
+    assert any("No rock reached PIT FLOOR" in text and "interval 0-3 %" in text for text in below)
+    assert not any("PIT FLOOR" in text for text in texts), "it does not stand between the main figures and the pictures"
 
 
 def test_rocks_lost_to_holes_have_the_share_that_the_warning_points_to(unknown_ground) -> None:
@@ -205,7 +215,29 @@ def test_rocks_lost_to_holes_have_the_share_that_the_warning_points_to(unknown_g
     answer = elements[elements.index(Heading("The answer")) + 1]
     most = next(row for row in answer.rows if row[0].startswith("at most"))
     assert most == ["at most: rocks that reach the area hut or were lost to holes", "25.0 %", UNKNOWN, "18-34 %"]
-    assert any("lost to a hole reached such a zone, the share is 15.6 %" in text for text in answer_of(run)[1])
+    assert any("lost to a hole reached such a zone, the share is 15.6 %" in text for text in texts_of(elements))
+
+
+def test_the_warning_of_rocks_that_did_not_stop_says_what_became_of_them(unknown_ground) -> None:
+    run = read_run(unknown_ground)
+    run.summary["outcomes"] |= {"left_terrain": {"rocks": 3}, "lost_to_hole": {"rocks": 5}}
+    run = run._replace(ends=run.ends._replace(at_rest=np.arange(len(run.ends.at_rest)) > 7))
+    (box,) = (each for each in report_elements(run, "site") if isinstance(each, Warnings))
+    words = "6.2 % of the rocks did not stop on the terrain (5 fell through holes of the terrain, 3 flew past the edge"
+    assert any(sentence.startswith(words) for sentence in box.sentences)
+
+
+def test_inputs_have_the_masses_and_the_direction_of_the_release(unknown_ground) -> None:
+    run = read_run(unknown_ground)
+    run.inputs["scene"]["sources"][0] |= {"speed": 2.0, "azimuth_deg": 110.0, "elevation_deg": -20.0, "spread_deg": 5.0}
+    run = run._replace(ends=run.ends._replace(mass=np.geomspace(7.5, 3.1e4, len(run.ends.mass))))
+    rows = tables(report_elements(run, "site"), "input")[0].rows
+    (mass,) = (value for name, value, _ in rows if name == "mass of the rocks flown")
+    low, high, middle = (float(text.replace(",", "")) for text in re.findall(r"[\d,.]+(?= to| kg)", mass))
+    mass = run.ends.mass
+    assert (low, high, middle) == pytest.approx((mass.min(), mass.max(), np.median(mass)), 0.005)
+    assert any(value == "2 m/s, towards 110 degrees clockwise from north, -20 degrees above the horizontal, "
+               "in a cone of 5 degrees to each side" for _, value, _ in rows)  # fmt: skip
 
 
 def test_rocks_that_did_not_stop_are_said_to_pass_every_fence(unknown_ground) -> None:
@@ -374,6 +406,16 @@ def test_pages_with_large_pictures_and_tables_are_full(tmp_path, rows: int) -> N
     picture = square_picture()
     *pages, _ = filled(tmp_path, [Heading("Report", 1), above, picture, picture, table, picture, table, table])
     assert min(pages) > 0.7, pages
+
+
+def test_no_heading_is_left_alone_at_the_end_of_a_page(tmp_path) -> None:
+    """A heading and the note on the 3D view go to the next page with a picture that does not fit."""
+    above = Table(("this run", ""), [("site", str(row)) for row in range(40)])
+    section = [Heading("Terrain"), View("", "", "The view is in the HTML file."), square_picture()]
+    typst = pytest.importorskip("typst", reason="typst is not installed: it is in the extra `report`")
+    source = write_source(tmp_path, "t", [Heading("Report", 1), above, *section])
+    source.write_text(source.read_text() + "\n#context [#metadata(query(heading).last().location().page()) <page>]")
+    assert json.loads(typst.query(source, "<page>", field="value", root=tmp_path, ignore_system_fonts=True)) == [2]
 
 
 @pytest.mark.parametrize("rows", [3, 9, 20])

@@ -8,10 +8,13 @@ import pytest
 from benches_fallen_from import HEIGHT, TOE, fallen, thrown
 
 from rpf3d_core.report import toe
+from rpf3d_core.report.elements import Text
 from rpf3d_core.report.passing import never_rising, passing, places_beyond, places_for, shares_beyond
 from rpf3d_core.report.run_files import KeptPaths, _sets
 from rpf3d_core.report.section import critical_section
+from rpf3d_core.report.section_part import section_part
 from rpf3d_core.report.segments import KEPT, segments_of
+from rpf3d_core.report.source_toes import source_toes
 from rpf3d_core.report.toe import BEYOND, FAR, beyond_toe, held_beyond
 from rpf3d_core.report.words import FARTHER, UNKNOWN, interval, metres
 from rpf3d_core.terrain.faces import foot_of_face
@@ -239,6 +242,21 @@ def test_the_critical_section_has_the_profile_of_the_bench() -> None:
     assert section.toe == pytest.approx(TOE, abs=STEP)
     assert np.nanmax(section.ground) == pytest.approx(HEIGHT) and np.nanmin(section.ground) == pytest.approx(0.0)
     assert section.paths and max(np.nanmax(path[:, 0]) for path in section.paths) == pytest.approx(80.0)
+
+
+@pytest.mark.parametrize(("aside", "oblique"), [(0.0, 0.0), (40.0, 53.13)])
+def test_a_section_that_crosses_the_face_at_an_angle_knows_it(aside: float, oblique: float) -> None:
+    """All rocks end `aside` m beside the line of fall, 30 m from the crest; the ground falls towards the east."""
+    run = fallen(np.full(50, 30.0))
+    end = run.ends.end + np.array([0.0, aside, 0.0])
+    ends = run.ends._replace(end=end, runout=np.full(50, math.hypot(30.0, aside)))
+    section = critical_section(run._replace(ends=ends))
+    assert section is not None
+    assert section.downhill == pytest.approx(90.0, abs=0.1)
+    assert section.obliquity == pytest.approx(oblique, abs=0.1)
+    elements = list(section_part(run._replace(ends=ends), source_toes(run), section))
+    texts = [element.text for element in elements if isinstance(element, Text)]
+    assert any("falls towards 90 degrees" in text for text in texts) == (oblique > 0.0)
 
 
 def test_rocks_belong_to_the_sets_that_the_run_dealt() -> None:

@@ -10,7 +10,7 @@ from terrain_files import grid, write_binary_stl
 
 import rpf3d_core as rpf3d
 from rpf3d_core.ensemble.flights import Deposits
-from rpf3d_core.results.overconfidence import behind_a_crest, surer_than_it_may_be
+from rpf3d_core.results.overconfidence import behind_a_crest, busiest_place, surer_than_it_may_be
 from rpf3d_core.unknowns.parameter_sets import parameter_sets, write_parameter_sets
 from rpf3d_core.values import Outcome
 
@@ -168,6 +168,24 @@ def test_rocks_that_went_on_are_not_rounded_away() -> None:
         ground_speed=zeros, mass=zeros,
     )  # fmt: skip
     assert next(behind_a_crest(deposits, ["a"])).startswith("999 of 1,000 rocks of source 'a' stopped")
+
+
+def test_rocks_that_flew_past_the_edge_are_counted_with_the_place(tmp_path: Path) -> None:
+    """All rocks leave the terrain, which is 6 m wide, over its eastern edge; slow ones stay on it."""
+    fast = ("rocks: 30}", "rocks: 30, velocity: [30, 0, 3]}")
+    words = "100 % of the rocks flew past the edge of the terrain, so nothing is known about where they stop"
+    (found,) = (sentence for sentence in sentences(tmp_path, fast) if sentence.startswith(words))
+    east, north = (float(text) for text in re.findall(r"[EN] ([\d,]+)", found))
+    assert east > 3.0 and north == pytest.approx(1.2, abs=1.0)
+    assert not has(sentences(tmp_path, SPREAD), "flew past the edge")
+
+
+def test_the_busiest_place_is_that_of_most_points() -> None:
+    rng = np.random.default_rng(3)
+    few, many = rng.normal((0.0, 0.0), 0.5, (40, 2)), rng.normal((500.0, 80.0), 0.5, (60, 2))
+    (x, y), points = busiest_place(np.concatenate([few, many]))
+    assert (x, y) == pytest.approx(many.mean(axis=0), abs=0.3) and 50 <= points <= 60
+    assert busiest_place(np.array([[7.0, 8.0]])) == ((7.0, 8.0), 1)
 
 
 @pytest.mark.parametrize(("east", "is_partly_off"), [(3.9, False), (12.0, True)])

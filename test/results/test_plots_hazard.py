@@ -1,5 +1,7 @@
 """Tests that hazard pictures show each cell in its place and in the colour of its value."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from flights_on_a_floor import FRAMES, SURVEY, SURVEY_Y_UP, floor
@@ -14,6 +16,7 @@ from rpf3d_core.results.plots.hazard import norm_of, themes, write_hazard_pictur
 from rpf3d_core.results.plots.shading import hillshade
 from rpf3d_core.results.plots.sheet import whole_window
 from rpf3d_core.results.shown import MapContent, RunCounts
+from rpf3d_core.terrain.obstacles import NO_OBSTACLES
 from rpf3d_core.terrain.plan_view import Window, seen_from_above
 
 PICTURES = {"reach_probability.png", "energy_p95.png", "height_p95.png"}
@@ -43,10 +46,10 @@ def releases(count=1):
     return np.tile([-15.0, 0.0, 1.0], (count, 1))
 
 
-def drawn(terrain, maps, name, areas=None):
+def drawn(terrain, maps, name, areas=None, obstacles=NO_OBSTACLES):
     """Return a picture (H, W, 3), and a function of local plan points (N, 2) m that returns their rows and columns."""
     ground = module._ground(terrain, maps, releases(0), areas or {})
-    figure = module.hazard_figure("title", themes(maps)[name], ground, maps, releases(0), areas or {})
+    figure = module.hazard_figure("title", themes(maps)[name], ground, maps, releases(0), areas or {}, obstacles)
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
     picture = np.asarray(canvas.buffer_rgba())[..., :3].astype(float)
@@ -113,6 +116,10 @@ def test_areas_and_releases_are_drawn_and_the_title_tells_the_number_of_rocks(tm
     outlined, _ = drawn(terrain, maps, "height_p95", {"ramp": [SQUARE]})
     changed = np.abs(outlined - without).max(axis=-1) > 100
     rows, columns = pixels_of(SQUARE)
+    assert changed[rows.min() : rows.max() + 1, columns.min() - 2 : columns.min() + 3].any()
+    fence = replace(NO_OBSTACLES, lines=(("fence", np.column_stack([SQUARE, np.zeros(len(SQUARE))])),))
+    fenced, _ = drawn(terrain, maps, "height_p95", obstacles=fence)
+    changed = np.abs(fenced - without).max(axis=-1) > 100
     assert changed[rows.min() : rows.max() + 1, columns.min() - 2 : columns.min() + 3].any()
     ground = module._ground(terrain, maps, releases(), {})
     figure = module.hazard_figure("a", themes(maps)["height_p95"], ground, maps, releases(), {})

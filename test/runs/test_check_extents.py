@@ -101,6 +101,15 @@ def test_extents_and_the_reason_are_shown_before_a_source_off_the_terrain_is_ref
     assert hint in told
 
 
+def test_the_unit_that_a_drawing_states_is_told_before_another_input_is_refused(folder):
+    """The drawing is in feet and says so, but is read in metres: the source is refused, although it is right."""
+    write_dxf(folder / "feet.dxf", SITE / 0.3048, TRIANGLES, units=2)
+    _, hints, refusal, _ = seen(folder, "feet.dxf", [*MIDDLE, 0])
+    assert "source" in refusal and "off the terrain" in refusal
+    assert hints[-1].startswith("feet.dxf: states that it is in feet, and is read in metres")
+    assert sum("states that it is in feet" in hint for hint in hints) == 1
+
+
 def test_areas_in_degrees_are_recognized_and_the_transformation_is_offered(folder):
     pytest.importorskip("pyproj", reason="pyproj is not installed: it is in the extra `mine`")
     from pyproj import Transformer

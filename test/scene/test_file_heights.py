@@ -75,6 +75,12 @@ def test_heights_in_another_datum_are_asked_for(
         assert not told(tmp_path, key, name, write(right))
 
 
+def test_heights_that_count_downwards_are_asked_for(tmp_path: Path) -> None:
+    (found,) = told(tmp_path, "line", "crest.geojson", geojson(brow() * [1.0, 1.0, -1.0]))
+    assert "below the ground in the median" in found
+    assert ": does z point down in the file or in the terrain? The heights are not used" in found
+
+
 def test_a_crest_that_was_drawn_a_little_beyond_the_edge_of_its_face_is_right(tmp_path: Path) -> None:
     assert not told(tmp_path, "line", "crest.geojson", geojson(shifted(brow(), x=0.9)))
 

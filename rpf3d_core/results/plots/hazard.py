@@ -40,6 +40,7 @@ from rpf3d_core.results.plots.sheet import (
     PIXELS,
     Picture,
     draw_areas,
+    draw_barriers,
     draw_ground,
     draw_north,
     draw_overview,
@@ -55,6 +56,7 @@ from rpf3d_core.results.plots.style import hex_colour, save
 from rpf3d_core.results.shown import MapContent
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
 from rpf3d_core.terrain.plan_view import Window
 
 OPACITY = 0.82
@@ -109,7 +111,12 @@ class MapBackground:
 
 
 def write_hazard_pictures(
-    folder: Path, content: MapContent, maps: HazardMaps, releases: FloatArray, pictures: GroundPictures | None = None
+    folder: Path,
+    content: MapContent,
+    maps: HazardMaps,
+    releases: FloatArray,
+    obstacles: Obstacles = NO_OBSTACLES,
+    pictures: GroundPictures | None = None,
 ) -> None:
     """Write the hazard pictures into an existing folder: reach_probability.png, energy_p95.png and height_p95.png.
 
@@ -118,10 +125,11 @@ def write_hazard_pictures(
     energy_p95_worst_source.png, too.
 
     releases : (N, 2 or 3) m, release points of the rocks, local frame
+    obstacles : barriers of the scene, which the pictures show as lines
     pictures : pictures of the terrain that other maps share; None to make them here
     """
     ground = _ground(content.terrain, maps, releases, content.areas, pictures)
-    page = _page(ground, releases, content.areas)  # drawn once, because it takes half of the time
+    page = _page(ground, releases, content.areas, obstacles)  # drawn once, because it takes half of the time
     for file, theme in themes(maps).items():
         title = f"{content.name}: {theme.title}, {content.flown.describe()}"
         drawn = _draw_theme(page, title, theme, maps)
@@ -214,12 +222,14 @@ def hazard_figure(
     maps: HazardMaps,
     releases: FloatArray,
     areas: Mapping[str, Sequence[FloatArray]],
+    obstacles: Obstacles = NO_OBSTACLES,
 ) -> Figure:
     """Draw one hazard picture: map, colour bar, legend and overview.
 
     releases : (N, 2 or 3) m; areas : name -> rings (N, 2) m; both in the local frame
+    obstacles : barriers, which are drawn as lines
     """
-    page = _page(ground, releases, areas)
+    page = _page(ground, releases, areas, obstacles)
     _draw_theme(page, title, theme, maps)
     return page.figure
 
@@ -229,6 +239,7 @@ class HazardPage(NamedTuple):
 
     main, side : axes of the map and of the column with the legend
     starts : number of releases drawn; areas : names of the areas
+    barriers : legend entry of the barriers, empty without barriers
     """
 
     figure: Figure
@@ -237,21 +248,27 @@ class HazardPage(NamedTuple):
     ground: MapBackground
     starts: int
     areas: Sequence[str]
+    barriers: Sequence[Line2D]
 
 
-def _page(ground: MapBackground, releases: FloatArray, areas: Mapping[str, Sequence[FloatArray]]) -> HazardPage:
-    """Draw the background that all hazard pictures of a run share: terrain, areas, releases, scale bar and overview."""
+def _page(
+    ground: MapBackground, releases: FloatArray, areas: Mapping[str, Sequence[FloatArray]], obstacles: Obstacles
+) -> HazardPage:
+    """Draw what all hazard pictures of a run share: terrain, areas, barriers, releases, scale bar and overview."""
     terrain, window = ground.terrain, ground.window
     figure, main, side = empty_figure(window)
     draw_ground(main, terrain, window, ground.picture)
     draw_areas(main, terrain, areas)
+    barriers = draw_barriers(main, terrain, obstacles)
     starts = starts_of(releases)
     main.plot(*plan_of(terrain, starts).T, linestyle="none", **_release(len(starts)))
     measure(main, terrain, window)
     if ground.whole is not None:
         draw_overview(figure, terrain, whole_window(terrain), window, ground.whole, areas)
     draw_north(side, terrain)
-    return HazardPage(figure=figure, main=main, side=side, ground=ground, starts=len(starts), areas=tuple(areas))
+    return HazardPage(
+        figure=figure, main=main, side=side, ground=ground, starts=len(starts), areas=tuple(areas), barriers=barriers
+    )  # fmt: skip
 
 
 def _draw_theme(page: HazardPage, title: str, theme: Theme, maps: HazardMaps) -> list[Artist]:
@@ -399,6 +416,7 @@ def _draw_legend(page: HazardPage, raster: Raster, few: bool) -> Legend:
     entries: list[Any] = [Line2D([], [], linestyle="none", label=which, **point)]
     if few:
         entries.append(Patch(facecolor=FEW, alpha=OPACITY, label=FEW_WORDS))
+    entries += page.barriers
     entries += [Line2D([], [], color="black", linestyle="--", label=f"area: {name}") for name in page.areas]
     return page.side.legend(handles=entries, title=f"cells of {raster.cell:g} m", title_fontsize=9, alignment="left",
                 loc="upper left", bbox_to_anchor=(-0.03, 0.79), frameon=False, fontsize=9)  # fmt: skip

@@ -19,6 +19,7 @@ from rpf3d_core.results.plots.sheet import (
     PIXELS,
     RELEASE,
     draw_areas,
+    draw_barriers,
     draw_ground,
     draw_north,
     draw_overview,
@@ -41,7 +42,6 @@ MARKERS = dict(zip(Outcome, "o^sDvPX*hd", strict=True))
 """Marker of each outcome; a new outcome without a marker is an error at import, not in a run."""
 
 PATH = "#10203a"
-BARRIER = "#b3007a"
 TREE: dict[str, Any] = {"marker": ".", "color": "#1e6b2e", "markersize": 2.5}
 
 
@@ -97,11 +97,7 @@ def _draw_obstacles(axes: Axes, terrain: Terrain, obstacles: Obstacles) -> list[
 
     If there are very many trees, only a selection is drawn.
     """
-    entries: list[Any] = []
-    if obstacles.lines:
-        lines = [plan_of(terrain, points) for _, points in obstacles.lines]
-        axes.add_collection(LineCollection(lines, colors=BARRIER, linewidths=1.8))
-        entries.append(Line2D([], [], color=BARRIER, linewidth=1.8, label="barrier"))
+    entries: list[Any] = [*draw_barriers(axes, terrain, obstacles)]
     if len(obstacles.stems):
         some = selection(len(obstacles.stems))
         axes.plot(*plan_of(terrain, obstacles.stems[some, :3]).T, linestyle="none", **TREE)

@@ -34,7 +34,8 @@ class Painter:
         """
         content = MapContent(name=shown.name, terrain=self._terrain, areas=shown.areas, flown=shown.flown)
         flights, samples, flown = shown.flights, shown.samples, shown.flown
-        write_hazard_pictures(folder / "hazard", content, shown.maps, flights.deposits.release, self._ground)
+        releases = flights.deposits.release
+        write_hazard_pictures(folder / "hazard", content, shown.maps, releases, shown.obstacles, self._ground)
         if len(samples.starts):
             profiles = folder / "profiles"
             profiles.mkdir()

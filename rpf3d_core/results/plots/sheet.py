@@ -7,14 +7,16 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.flights import FloatArray
 from rpf3d_core.results.plots.style import RESOLUTION, label
 from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.obstacles import Obstacles
 from rpf3d_core.terrain.plan_view import Window
 
 Picture = NDArray[np.uint8]
@@ -42,6 +44,9 @@ If there are more points, an evenly spread selection is drawn, and the legend st
 
 MOST_RELEASES = 250
 """Largest number of releases drawn; if there are more, an evenly spread selection is drawn, to keep the map visible."""
+
+BARRIER = "#b3007a"
+"""Colour of the lines of barriers."""
 
 RELEASE: dict[str, Any] = {"marker": "+", "color": "black", "markersize": 4, "markeredgewidth": 0.7}
 
@@ -148,6 +153,15 @@ def draw_areas(axes: Axes, terrain: Terrain, areas: Mapping[str, Sequence[FloatA
     for rings in areas.values():
         moved = [plan_of(terrain, ring) for ring in rings]
         axes.add_collection(PolyCollection(moved, facecolors="none", edgecolors="black", linestyles="--"))
+
+
+def draw_barriers(axes: Axes, terrain: Terrain, obstacles: Obstacles) -> list[Line2D]:
+    """Draw the barriers of a scene as lines on a map; return their legend entry in a list, [] without barriers."""
+    if not obstacles.lines:
+        return []
+    lines = [plan_of(terrain, points) for _, points in obstacles.lines]
+    axes.add_collection(LineCollection(lines, colors=BARRIER, linewidths=1.8))
+    return [Line2D([], [], color=BARRIER, linewidth=1.8, label="barrier")]
 
 
 def selection(count: int) -> Any:

@@ -1,6 +1,7 @@
 """Compare the heights in files of sources with the ground, although `above_ground` replaces these heights.
 
-A difference shows that the file or the terrain is in another unit or datum, or that the source lies next to its crest.
+A difference shows that z points down in the file or in the terrain, that one of them is in another unit or datum, or
+that the source lies next to its crest.
 """
 
 from collections.abc import Iterator
@@ -33,17 +34,21 @@ def height_warnings(scene: Scene, engine: Engine, frame: Frame) -> Iterator[str]
         if path is None or spec.above_ground is None:
             continue
         points = _points_with_heights(spec, scene.terrain.up)
-        straight, least = _above_ground(points[:: max(1, len(points) // MOST_POINTS)], engine, frame)
-        if not len(least) or abs(np.median(least)) <= MOST_DIFFERENT + spec.above_ground:
+        elevation, straight, least = _above_ground(points[:: max(1, len(points) // MOST_POINTS)], engine, frame)
+        near = MOST_DIFFERENT + spec.above_ground
+        if not len(least) or abs(np.median(least)) <= near:
             continue
+        ground = elevation - straight
+        upside_down = "does z point down in the file or in the terrain"
+        other = "is the file or the terrain in another unit or datum, or does the source lie next to its crest"
+        why = upside_down if abs(np.median(elevation + ground)) <= near else other
         median = float(np.median(straight))
         key = "line" if spec.line is not None else "points_file"
         most, middle = (three_figures(float(each)) for each in (np.abs(straight).max(), abs(median)))
         yield (
             f"`sources[{number}].{key}` of {spec.name!r}: the heights in {path.name} are {middle} m "
             f"{'above' if median > 0.0 else 'below'} the ground in the median, and differ from it by up to {most} m: "
-            "is the file or the terrain in another unit or datum, or does the source lie next to its crest? The "
-            "heights are not used, because the source states `above_ground`"
+            f"{why}? The heights are not used, because the source states `above_ground`"
         )
 
 
@@ -63,8 +68,8 @@ def _points_with_heights(spec: SourceSpec, up: Up) -> FloatArray:
     return points if points[:, height].any() else np.empty((0, 3))
 
 
-def _above_ground(points: FloatArray, engine: Engine, frame: Frame) -> tuple[FloatArray, FloatArray]:
-    """Return two heights (N,), (N,) m of points above the ground; points off the terrain are left out.
+def _above_ground(points: FloatArray, engine: Engine, frame: Frame) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the elevation and two heights above the ground (N,) m of points; points off the terrain are left out.
 
     Heights are negative below the ground. The first height is above the ground at the point itself. The second height
     is above the ground at one of the places AROUND the point: the place where the height is closest to 0. Over a hole,
@@ -81,6 +86,7 @@ def _above_ground(points: FloatArray, engine: Engine, frame: Frame) -> tuple[Flo
         found = engine.ground_below(top)
         columns.append(np.where(found[:, 1] < 0, np.nan, x[:, 2] - (over - found[:, 0])))
     heights = np.column_stack(columns)
-    heights = heights[np.isfinite(heights).any(axis=1)]
+    known = np.isfinite(heights).any(axis=1)
+    heights, elevation = heights[known], x[known, 2] + frame.origin[2]
     least: FloatArray = heights[np.arange(len(heights)), np.nanargmin(np.abs(heights), axis=1)]
-    return np.where(np.isnan(heights[:, 0]), least, heights[:, 0]), least
+    return elevation, np.where(np.isnan(heights[:, 0]), least, heights[:, 0]), least
