@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
+from list_items import key as key_item
 from pydantic import BaseModel
 
 from rpf3d_core.ensemble.flights import Deposits
@@ -105,7 +106,7 @@ effects: {roughness: {angle_sd_deg: 8}}
 | D | derived, or checked from first principles |
 | UNCONFIRMED | general knowledge: check it before you base a decision on it |
 
-If the column *source* has only a mark, the source of the parameter is that of the model or effect.
+If the source of a parameter is only a mark, the source is that of the model or effect.
 
 ## What does each model or effect cost?
 *Time* is the CPU time to simulate the rocks, divided by the CPU time with the defaults (`coulomb_limited`, `sliding`);
@@ -120,8 +121,8 @@ have invented values in these measurements: do not take the values as advice.
 """
 TEXTS = {
     "effects.scarring": """\
-In `zones`, each zone or pattern may set every other key of this table. If a zone does not set a key, the value outside
-`zones` applies.
+In `zones`, each zone or pattern may set every other parameter of this list. If a zone does not set a parameter, the
+value outside `zones` applies.
 """,
     "effects.forest": """\
 - A file of trees is a CSV. Its header names x, y and `dbh_cm` (stem diameter). It may also name `height` (m),
@@ -192,12 +193,11 @@ def _described(entry: CatalogueEntry) -> str:
     lines += [f"Measured with {' and '.join(_measured_with(key))}."] if _measured_with(key) else []
     lines += ["", TEXTS[key].rstrip()] if key in TEXTS else []
     if entry.parameters:
-        lines += ["", "| parameter | value | default | source |", "|---|---|---|---|"]
+        lines += ["", "Parameters:", ""]
         lines += [
-            f"| `{p.name}` | {_short(p.meaning)} | {_default(p.default, p.required)} | "
-            f"{_source(p.source, p.confirmed, entry.source)} |"
-            for p in entry.parameters
-        ]
+            key_item(p.name, _default(p.default, p.required), _short(p.meaning),
+                     _source(p.source, p.confirmed, entry.source)) for p in entry.parameters
+        ]  # fmt: skip
     return "\n".join([*lines, "", *(line for name, part in _parts(spec) for line in _part(name, part))])
 
 
@@ -227,7 +227,7 @@ def _measured_with(key: str) -> list[str]:
 def _parts(spec: type[ModelSpec]) -> list[tuple[str, type[BaseModel]]]:
     """Return name and class of each parameter, except `zones`, that is a mapping or a list of mappings.
 
-    Each of these parameters needs a table of its own.
+    Each of these parameters needs a list of its own.
     """
     found = []
     for name, field in spec.model_fields.items():
@@ -238,21 +238,19 @@ def _parts(spec: type[ModelSpec]) -> list[tuple[str, type[BaseModel]]]:
 
 
 def _part(name: str, part: type[BaseModel]) -> list[str]:
-    """Return the table for a parameter that itself has keys, such as the panels of barriers."""
-    rows = []
+    """Return the list of keys of a parameter that itself has keys, such as the panels of barriers."""
+    items = []
     for key, field in part.model_fields.items():
         facts = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
         source = _source(str(facts.get("source", "")), str(facts.get("confirmed", "")), "")
         default = None if field.is_required() else field.default
-        rows.append(
-            f"| `{key}` | {_short(field.description or '')} | {_default(default, field.is_required())} | {source} |"
-        )
+        items.append(key_item(key, _default(default, field.is_required()), _short(field.description or ""), source))
     about = _wrapped(" ".join([f"`{name}`:", *(part.__doc__ or "").split()]))
-    return [about, "", f"| key of `{name}` | value | default | source |", "|---|---|---|---|", *rows, ""]
+    return [about, "", f"Keys of `{name}`:", "", *items, ""]
 
 
 def _short(meaning: str) -> str:
-    """Return the meaning of a parameter without its first article or the words "a number of", for a table cell."""
+    """Return the meaning of a parameter without its first article or the words "a number of", for a list."""
     return re.sub(r"^(a number (of )?|an? |the )", "", meaning)
 
 

@@ -1,4 +1,4 @@
-"""Write the tables of parameters in docs/reference/parameters.md from their declarations in the code.
+"""Write the lists of parameters in docs/reference/parameters.md from their declarations in the code.
 
 python docs/parameter_tables.py
 """
@@ -6,6 +6,8 @@ python docs/parameter_tables.py
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
+
+from list_items import item
 
 from rpf3d_core.live.scene import live_parameters, why_excluded
 from rpf3d_core.scene.listings.fields import SceneField
@@ -28,37 +30,37 @@ KINDS = {
 SCENE = "scene"
 BOUNDS = {"gt": "above {:g}", "ge": "from {:g}", "lt": "to below {:g}", "le": "to {:g}"}
 BEGIN, END = "<!-- parameters: {} -->\n", "<!-- end -->"
-"""Comments before and after each table; this program writes the lines between them."""
+"""Comments before and after each list or table; this program writes the lines between them."""
 
 
 def with_tables(page: str) -> str:
-    """Return the text of a page with its tables replaced by those of the code."""
+    """Return the text of a page with its lists and its table replaced by those of the code."""
     for name in (*KINDS, SCENE):
-        begin, table = BEGIN.format(name), table_of(name)
+        begin, parameters = BEGIN.format(name), parameters_of(name)
         before, _, after = page.partition(begin)
-        page = f"{before}{begin}{table}\n{after[after.index(END) :]}"
+        page = f"{before}{begin}{parameters}\n{after[after.index(END) :]}"
     return page
 
 
-def table_of(name: str) -> str:
-    """Return the table of the parameters of a node, or of a scene, as Markdown; name : a key of KINDS, or SCENE."""
-    return _scene_table() if name == SCENE else _table(name)
+def parameters_of(name: str) -> str:
+    """Return the parameters of a node as a list, or of a scene as a table; name : a key of KINDS, or SCENE."""
+    return _scene_table() if name == SCENE else _list(name)
 
 
-def _table(name: str) -> str:
+def _list(name: str) -> str:
+    """Return the Markdown list of the parameters of a node, without the parameters of all nodes."""
     common = {each.name for each in fields(FrameParameters)} if name != "all nodes" else set()
-    rows = [each for each in fields(KINDS[name]) if each.name not in common]
-    lines = [
-        f"| `{each.name}` | {_shown(each.default)} | {_range(each.metadata)} | {each.metadata['description']} |"
-        for each in rows
-    ]
-    return "\n".join(["| parameter | default | range | meaning |", "|---|---|---|---|", *lines])
+    return "\n".join(
+        item(f"**`{each.name}`** (default: `{_shown(each.default)}`{_range(each.metadata)}): "
+             f"{each.metadata['description']}") for each in fields(KINDS[name]) if each.name not in common
+    )  # fmt: skip
 
 
 def _range(about: Any) -> str:
+    """Return the choices or the range of a parameter, to follow its default; "" if the parameter has neither."""
     if about["choices"]:
-        return ", ".join(about["choices"])
-    return "" if about["low"] is None else f"{about['low']:g} to {about['high']:g}"
+        return f"; one of: {', '.join(about['choices'])}"
+    return "" if about["low"] is None else f"; {about['low']:g} to {about['high']:g}"
 
 
 def _scene_table() -> str:

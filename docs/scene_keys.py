@@ -8,6 +8,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from list_items import key
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
@@ -49,8 +50,8 @@ sources: [{name: west, line: [[-570, -10, 0], [-570, 40, 0]], above_ground: 1, v
 - YAML aliases: `*name` is a copy of the value with the anchor `&name`. A message about the copy has the key of the copy
   and the line of the original. All aliases of a file may repeat at most 100,000 values. Merge keys (`<<`), and an alias
   inside the value of its own anchor, are refused.
-- In the tables, a value without a stated type is a number; (-) means without a unit. The text after *left out* applies
-  if the scene does not have the key.
+- In the lists of keys, a value without a stated type is a number; (-) means without a unit. The text after *left out*
+  applies if the scene does not have the key.
 """
 SOURCES = """\
 A source has exactly one of the keys `points`, `points_file`, `line`, `crest`, `polygon` and `zone`.
@@ -89,8 +90,8 @@ POINTS = """## Files of points
 | file | content |
 |---|---|
 | text with spaces between the numbers | x y z first on each line; a `#` begins a comment |
-| CSV: a comma, semicolon or tab in the first line | the columns that the header names, otherwise the first three \
-columns; a line that begins with `#` is a comment |
+| CSV: a comma, semicolon or tab in the first line | the columns that the header names, otherwise the first three; \
+a line that begins with `#` is a comment |
 | `.geojson`, `.json` | Points and MultiPoints, `[x, y, z]` in the input's coordinates |
 | `.gpkg`, `.shp`, `.dxf`, `.str` | points, as [file formats](formats.md) describes |
 
@@ -162,6 +163,8 @@ ZONES = """\
 A facet belongs to the zone if its centroid lies inside one of the polygons in plan.
 """
 SCENE = f"""\
+More on some of these keys:
+
 - `stop_speed`: a rock on the ground stops below this speed, if friction holds it there. `ground: none` ignores
   friction; `rolling_stone` has a separate `stop_speed`.
 - `smallest_bounce`: when the next bounce would be lower than this height, bouncing
@@ -196,22 +199,20 @@ HAZARD = """\
 [What a run writes](outputs.md#hazard) describes the maps, with an example of this section.
 """
 DRAWS = """## Distributions
-If a table of this page has "or a distribution", a distribution may replace the number. `min` and `max` cut the
+If a key of this page has "or a distribution", a distribution may replace the number. `min` and `max` cut the
 distribution off, and must be within the limits of the key.
 
-| written | drawn |
-|---|---|
-| `{mean: 0.5, sd: 0.1, min: 0.2, max: 0.8}` | normal; mean and sd are those before the cut |
-| `{lognormal: {mean: 0.4, sd: 0.3, min: 0.05, max: 3}}` | lognormal; mean and sd of the number, not of its logarithm |
-| `{uniform: [0.2, 0.8]}` | uniform between the two numbers |
-| `{power_law: {exponent: 0.5, min: 0.01, max: 8}}` | before the cut, the number of values above x is proportional \
-to x^-exponent; for volumes of rocks the exponent is 0.4 to 0.6 (unconfirmed) |
-| `{weibull: {shape: 1.5, scale: 0.8, min: 0.1, max: 3}}` | Weibull: before the cut, the share of values below x is \
-1 - exp(-(x/scale)^shape) |
-| `{triangular: {min: 0.2, mode: 0.5, max: 1.4}}` | triangular, most frequent at its mode |
-| `{measured: [0.4, 0.7, 1.1]}`, `{measured: blocks.csv}` | sizes of rocks only: a value of the list, each with the \
-same probability; a file has a number on each line, and may have a header |
-| `{measured: blocks.csv, column: diameter_m}` | the same, from the column of a table with that name in its header |
+- `{mean: 0.5, sd: 0.1, min: 0.2, max: 0.8}`: normal; mean and sd are those before the cut.
+- `{lognormal: {mean: 0.4, sd: 0.3, min: 0.05, max: 3}}`: lognormal; mean and sd of the number, not of its logarithm.
+- `{uniform: [0.2, 0.8]}`: uniform between the two numbers.
+- `{power_law: {exponent: 0.5, min: 0.01, max: 8}}`: before the cut, the number of values above x is proportional to
+  x^-exponent. For volumes of rocks the exponent is 0.4 to 0.6 (unconfirmed).
+- `{weibull: {shape: 1.5, scale: 0.8, min: 0.1, max: 3}}`: Weibull; before the cut, the share of values below x is
+  1 - exp(-(x/scale)^shape).
+- `{triangular: {min: 0.2, mode: 0.5, max: 1.4}}`: triangular, most frequent at its mode.
+- `{measured: [0.4, 0.7, 1.1]}`, `{measured: blocks.csv}`: sizes of rocks only; a value of the list, each with the same
+  probability. A file has a number on each line, and may have a header.
+- `{measured: blocks.csv, column: diameter_m}`: the same, from the column of a table with that name in its header.
 
 The name of a column of measured sizes may state a unit; `rpf3d check` prints the unit:
 
@@ -314,7 +315,7 @@ MODELS = (
 )
 """Title, text and class of each key that names models or effects; the page of effects has their parameters."""
 WITHOUT_KEYS: dict[type, str] = {scene_method.MethodSpec: "`events`", model_keys.EffectsSpec: "none"}
-"""Class of a part of the scene -> default in the table, for parts whose default has no keys."""
+"""Class of a part of the scene -> default in the list, for parts whose default has no keys."""
 BY_PLACE = {(scene_releases.SourceSpec, "rocks"): "one for each point, otherwise `1`"}
 """Part of the scene and key -> default in words, for keys whose default depends on other keys."""
 
@@ -324,36 +325,36 @@ def document() -> str:
     return "\n".join(
         [
             HEAD,
-            table("The scene", scene_model.Scene),
+            key_list("The scene", scene_model.Scene),
             SCENE,
-            table("terrain", scene_terrain.TerrainSpec, TERRAIN),
-            table("terrain.files[]", scene_terrain.TerrainFile),
-            table("terrain.berms[]", scene_terrain.BermSpec, BERMS),
+            key_list("terrain", scene_terrain.TerrainSpec, TERRAIN),
+            key_list("terrain.files[]", scene_terrain.TerrainFile),
+            key_list("terrain.berms[]", scene_terrain.BermSpec, BERMS),
             parameter_table("terrain.pit", PIT, pit.Pit(), pit),
             parameter_table("terrain.benches", BENCHES, benches.Benches(), benches),
-            table("zones[]", scene_terrain.ZoneSpec, ZONES),
-            table("materials.NAME", scene_material.Material, MATERIALS),
-            table("materials.NAME.slip_friction", scene_shapes.SlipFrictionSpec),
-            table("rock", scene_releases.RockSpec, ROCK),
-            table("rock.shape", scene_shapes.ShapeSpec, SHAPE),
-            table("sources[]", scene_releases.SourceSpec, SOURCES),
+            key_list("zones[]", scene_terrain.ZoneSpec, ZONES),
+            key_list("materials.NAME", scene_material.Material, MATERIALS),
+            key_list("materials.NAME.slip_friction", scene_shapes.SlipFrictionSpec),
+            key_list("rock", scene_releases.RockSpec, ROCK),
+            key_list("rock.shape", scene_shapes.ShapeSpec, SHAPE),
+            key_list("sources[]", scene_releases.SourceSpec, SOURCES),
             POINTS,
             DRAWS,
             ROCKS,
-            table("target", scene_model.TargetSpec, TARGET),
+            key_list("target", scene_model.TargetSpec, TARGET),
             *(names(*each) for each in MODELS),
-            table("areas_of_interest[]", scene_model.AreaSpec, AREAS),
-            table("hazard", scene_hazard.HazardSpec, HAZARD),
-            table("hazard.matrix", scene_hazard.MatrixSpec),
-            table("outputs", scene_model.OutputSpec),
-            table("method", scene_method.MethodSpec),
-            table("method.stepping", scene_method.SteppingSpec),
-            table("observed", scene_model.ObservedSpec),
-            table("unknowns", scene_unknowns.UnknownsSpec, UNKNOWNS),
-            table("prior", scene_unknowns.PriorSpec, PRIOR),
-            table("calibration", scene_calibration.CalibrationSpec, CALIBRATION),
-            table("calibration.gates[]", scene_calibration.GateSpec),
-            table("calibration.shares[]", scene_calibration.ShareSpec),
+            key_list("areas_of_interest[]", scene_model.AreaSpec, AREAS),
+            key_list("hazard", scene_hazard.HazardSpec, HAZARD),
+            key_list("hazard.matrix", scene_hazard.MatrixSpec),
+            key_list("outputs", scene_model.OutputSpec),
+            key_list("method", scene_method.MethodSpec),
+            key_list("method.stepping", scene_method.SteppingSpec),
+            key_list("observed", scene_model.ObservedSpec),
+            key_list("unknowns", scene_unknowns.UnknownsSpec, UNKNOWNS),
+            key_list("prior", scene_unknowns.PriorSpec, PRIOR),
+            key_list("calibration", scene_calibration.CalibrationSpec, CALIBRATION),
+            key_list("calibration.gates[]", scene_calibration.GateSpec),
+            key_list("calibration.shares[]", scene_calibration.ShareSpec),
         ]
     )
 
@@ -366,24 +367,23 @@ def names(title: str, text: str, part: type[BaseModel]) -> str:
     return f"## {title}\n{text}\n" + ",\n".join(links) + f"{own}.\n"
 
 
-def table(title: str, part: type[BaseModel], text: str = "") -> str:
-    """Return the section on a part of the scene: a text, and a table with one row per key; part : class of the part."""
-    rows = [
-        f"| `{name}` | {short(field.description or '')} | {BY_PLACE.get((part, name)) or default_of(field)} |"
+def key_list(title: str, part: type[BaseModel], text: str = "") -> str:
+    """Return the section on a part of the scene: a text, and a list of its keys; part : class of the part."""
+    items = [
+        key(name, BY_PLACE.get((part, name)) or default_of(field), short(field.description or ""))
         for name, field in part.model_fields.items()
         if (part, name) != (scene_model.Scene, "path")
     ]
-    head = [f"## {title}", *filter(None, [text]), "| key | value | default |", "|---|---|---|"]
-    return "\n".join([*head, *rows, ""])
+    return "\n".join([f"## {title}", *filter(None, [text]), "Keys:", "", *items, ""])
 
 
 def short(description: str) -> str:
-    """Return the description of a key without its first article or the words "a number", for a table."""
+    """Return the description of a key without its first article or the words "a number", for a list."""
     return re.sub(r"^(a number |an? |the )", "", description)
 
 
 def default_of(field: Any) -> str:
-    """Return the default of a key as a table cell; field : field of a pydantic model."""
+    """Return the default of a key in words; field : field of a pydantic model."""
     if field.default_factory is not None:
         made = field.default_factory()
         if isinstance(made, model_keys.OneOf):

@@ -11,7 +11,8 @@ def section(results: Results) -> str:
     """Return the section on Authume as Markdown."""
     field = results["field"]
     by_chance = wrapped(
-        "*Wasserstein distance*: how far rocks must be moved on average to make the two distributions equal. The "
+        "*Distance*: the Wasserstein distance, which is how far rocks must be moved on average to make the two "
+        "distributions equal, in x and across the slope. The "
         f"41 blocks cannot reject a model whose distance is below {field['by_chance']:.1f} m in x and "
         f"{field['side_by_chance']:.1f} m across, because chance alone makes such distances. The limits come from "
         "samples of 41 blocks, drawn from the 41 blocks with replacement: for 95 % of the samples, the distance "
@@ -35,7 +36,7 @@ def _fails(calibrations: Results) -> str:
 def _ends(results: Results) -> str:
     """Return the table of end points, for the field, published values and calibrated values."""
     head = ("x of ends (m)", "mean", "sd", "p5", "p50", "p95", "beyond 55 m (%)", "lateral mean (m)",
-            "lateral sd (m)", "Wasserstein distance in x (m)", "across (m)", "not at rest (%)")  # fmt: skip
+            "lateral sd (m)", "distance in x (m)", "across (m)", "not at rest (%)")  # fmt: skip
     return table(head, [_field(results["field"]), *map(_line, results["lines"])])
 
 

@@ -2,8 +2,8 @@
 
 from field_cases.blocks import quarry
 from field_cases.models import AUTHUME, CALIBRATED, CHANT_SURA, COULOMB_LIMITED, SHAPES, SPHERE
-from field_cases.page_tables import Results, interval_of, searched, table
-from field_cases.prose_blocks import AT_IMPACTS, BARS, BLOCKS, BLOCKS_FAIL, PER_BLOCK, PER_SHAPE
+from field_cases.page_tables import Results, interval_of, searched, table, wrapped
+from field_cases.prose_blocks import AT_IMPACTS, BARS, BLOCKS, BLOCKS_FAIL, IN_COLUMNS, PER_BLOCK, PER_SHAPE
 
 CONTROLS = (COULOMB_LIMITED.name, SPHERE.name)
 
@@ -68,26 +68,33 @@ def _per_block(variants: Results) -> str:
                      f"{of['sd_within']:.1f}", *(f"{value:+.2f}" for value in of["simulated"].values())))  # fmt: skip
     field = variants["by_block"]["field"]
     rows.append(("**field**", "", "", "", *(f"{value:+.2f}" for value in field.values())))
-    head = ("41 blocks", "correlation of simulated mean x and observed x", "sd of the blocks' means (m)",
-            "sd of the rocks of one block (m)", *(f"correlation of x with {name}" for name in field))  # fmt: skip
+    head = ("41 blocks", "correlation with observed x", "sd of means (m)", "sd of one block (m)",
+            *(f"x with {name}" for name in field))  # fmt: skip
     chance = variants["by_block"]["by_chance"]
-    return f"{table(head, rows)}\nBy chance, 95 % of such correlations are below {chance:+.2f}.\n"
+    words = (
+        "*Correlation with observed x*: that of the simulated mean x of the blocks. *Sd of means*: that of the mean x "
+        "of the blocks. *Sd of one block*: that of the rocks of one block. *x with* mass, L2/L1 and L3/L1: the "
+        f"correlation of x with this figure. By chance, 95 % of such correlations are below {chance:+.2f}.\n"
+    )
+    return f"{table(head, rows)}\n{wrapped(words)}"
 
 
 def _impacts(results: Results) -> str:
     """Return the tables of single impacts at Chant Sura: of the six impacts, and of the eleven contacts."""
     own, field = results["blocks"]["impacts"], results[CHANT_SURA]["field"]
-    head = ("energy ratio of the six impacts: mean (5 to 95 % of orientations)", "2.1", "2.2", "2.3", "4.1", "4.2",
-            "4.3", "inside", "mean absolute error", "largest of all")  # fmt: skip
-    rows = [("**field**", *(f"{ratio:.2f}" for ratio in field["published"]), "", "", f"{max(field['published']):.2f}")]
-    for name, key in (("coefficients of Authume", "from_authume"), ("calibrated on the eleven contacts", "all")):
+    labels = ("energy ratio", "2.1", "2.2", "2.3", "4.1", "4.2", "4.3", "inside", "mean absolute error",
+              "largest of all")  # fmt: skip
+    published = field["published"]
+    columns = [labels, ("**field**", *(f"{ratio:.2f}" for ratio in published), "", "", f"{max(published):.2f}")]
+    for name, key in (("Authume", "from_authume"), ("calibrated", "all")):
         for spin, label in (("published", "no spin"), ("spinning", "27 rad/s")):
             six = own[key][spin]
             cells = [f"{mean:.2f} ({interval_of(within, 2)})" for mean, within in
                      zip(six["ratios"], six["intervals"], strict=True)]  # fmt: skip
-            rows.append((f"{name}, {label}", *cells, f"{six['inside']} of 6", f"{six['ratio_absolute']:.2f}",
-                         f"{max(six['largest']):.2f}"))  # fmt: skip
-    return f"{table(head, rows)}\n{_eleven(results)}"
+            columns.append((f"{name}, {label}", *cells, f"{six['inside']} of 6", f"{six['ratio_absolute']:.2f}",
+                            f"{max(six['largest']):.2f}"))  # fmt: skip
+    head, *rows = zip(*columns, strict=True)
+    return f"{IN_COLUMNS}\n{table(head, rows)}\n{_eleven(results)}"
 
 
 def _eleven(results: Results) -> str:

@@ -36,9 +36,8 @@ def _narrower(shrinkage: float) -> str:
 
 def _scores(site: str, calibrations: Results) -> str:
     """Return the table of scores and coverage of kept-out stops."""
-    head = ("model", "score, kept out", "prior", "books", "curve", "better than the curve by",
-            "contained along", "contained across", "misfit (m)",
-            "with the misfit: along", "across", "effective samples")  # fmt: skip
+    head = ("model", "score", "prior", "books", "curve", "better than curve by", "contained along", "across",
+            "misfit (m)", "with the misfit: along", "across", "effective samples")  # fmt: skip
     rows = []
     for model, found in calibrations.items():
         score, kept = found["score"], {"site": site, **found["kept_out"]}

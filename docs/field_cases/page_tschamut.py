@@ -18,8 +18,8 @@ def section(results: Results) -> str:
 
 def _runouts(results: Results) -> str:
     """Return the table of runouts, for the field, another program, published values and calibrated values."""
-    head = ("runout, simulated minus observed (m)", "mean", "mean absolute", "correlation over runs",
-            "sd of runout (m)", "lateral sd (m)", "contained along", "contained across", "not at rest (%)")  # fmt: skip
+    head = ("error of runout (m)", "mean", "mean absolute", "correlation over runs", "sd of runout (m)",
+            "lateral sd (m)", "contained along", "across", "not at rest (%)")  # fmt: skip
     field = results["field"]
     return table(head, [
         ("**field, 18 runs**", "", "", "", f"{field['runout_sd']:.1f}", f"{field['side_sd']:.1f}", "", "", ""),

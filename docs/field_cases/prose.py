@@ -120,9 +120,10 @@ predict the other.
   (with a point mass and with a sphere).
 """
 
-OWN_RELEASE = """This table compares each stop with the simulated rocks that start at the release of the same run. The
-calibration does not know from which release a stop comes. So the calibration compares each stop also with rocks from
-other releases, and the intervals in the table *Kept-out stops* below are often wider.
+OWN_RELEASE = """The *error of runout* is the simulated minus the observed runout. This table compares each stop with
+the simulated rocks that start at the release of the same run. The calibration does not know from which release a stop
+comes. So the calibration compares each stop also with rocks from other releases, and the intervals in the table
+*Kept-out stops* below are often wider.
 """
 
 AUTHUME_FAILS = """**Where the models fail.**
@@ -218,19 +219,17 @@ NOT_VALIDATED = """## What does this page not show?
 SOURCES_OF_DATA = """## Where does the data come from?
 The data is not part of this project. Put the folders into `shared/data`, next to the project's folder.
 
-| site | data | literature |
-| --- | --- | --- |
-| Authume | `authume/`: DTM_Blue_zone.stl, DTM_Gray_zone.stl, DTM_Red_zone.stl, positions_P1.xyz, Endpoints_P1.txt \
-and, in `authume/blocks/`, SP1A.stl, SP2A.stl, SP2B.stl, SP3A.stl \
-of richefeu/AuthumeQuarryRockfalls_Data-in-Brief (2025) | Garcia, Villard, Richefeu, Daudon, Comparison of \
-full-scale rockfall tests with 3D complex-shaped DEM simulations, Eng. Geol.; Bourrier et al. 2021, Landslides \
-18:639-654 |
-| Tschamut 2014 | `tschamut2014/`: release_points.csv, observed_deposition.csv, block_metadata.csv, \
-terrain.asc, from EnviDat \
-doi:10.16904/envidat.34 (ODbL, DbCL), as tabulated in ofuhrer/rust_rockfall | Volkwein & Gerber 2018, Geosciences \
-8(3):88 |
-| Chant Sura | `chant_sura/`: observed_contact_events_extended.csv, esurf2019_impacts.csv, rock_shapes.csv, \
-from EnviDat \
-doi:10.16904/envidat.174, as tabulated in ofuhrer/rust_rockfall | Caviezel et al. 2019, ESurf 7:199 (CC BY 4.0); Lu \
-et al. 2019, Landslides 16:2353 |
+- **Authume**
+  - Data: `authume/`: DTM_Blue_zone.stl, DTM_Gray_zone.stl, DTM_Red_zone.stl, positions_P1.xyz, Endpoints_P1.txt and, in
+    `authume/blocks/`, SP1A.stl, SP2A.stl, SP2B.stl, SP3A.stl of richefeu/AuthumeQuarryRockfalls_Data-in-Brief (2025).
+  - Literature: Garcia, Villard, Richefeu, Daudon, Comparison of full-scale rockfall tests with 3D complex-shaped DEM
+    simulations, Eng. Geol.; Bourrier et al. 2021, Landslides 18:639-654.
+- **Tschamut 2014**
+  - Data: `tschamut2014/`: release_points.csv, observed_deposition.csv, block_metadata.csv, terrain.asc, from EnviDat
+    doi:10.16904/envidat.34 (ODbL, DbCL), as tabulated in ofuhrer/rust_rockfall.
+  - Literature: Volkwein & Gerber 2018, Geosciences 8(3):88.
+- **Chant Sura**
+  - Data: `chant_sura/`: observed_contact_events_extended.csv, esurf2019_impacts.csv, rock_shapes.csv, from EnviDat
+    doi:10.16904/envidat.174, as tabulated in ofuhrer/rust_rockfall.
+  - Literature: Caviezel et al. 2019, ESurf 7:199 (CC BY 4.0); Lu et al. 2019, Landslides 16:2353.
 """

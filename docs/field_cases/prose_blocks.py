@@ -41,6 +41,11 @@ any orientation in any of the six impacts. The next line has the coefficients th
 brackets the error of the speeds after the contacts (m/s) and the number of sets tried.
 """
 
+IN_COLUMNS = """The table has the energy ratio of each of the six impacts: the mean, and in brackets 5 to 95 % of the
+orientations. The columns *Authume* have the coefficients of Authume, the columns *calibrated* those that are
+calibrated on the eleven contacts.
+"""
+
 BLOCKS_FAIL = """**Where rocks with a shape fail.**
 - The lateral sd with the values of the scene is at the upper end of the field's interval. Restitution and rolling
   resistance compensate each other in x, so x alone does not determine the spread. With four of the five sets that fit x

@@ -1,7 +1,7 @@
 """Make the decision: a pure function of the previous decision, the evidence, the site's thresholds and the time.
 
 The level rises immediately, falls only by acknowledgement, and is never normal without fresh evidence
-(docs/explanation/alerts.md shows the rules as a table). The function `decide` reads no clock and no file, and draws no
+(docs/explanation/alerts.md shows the rules as lists). The function `decide` reads no clock and no file, and draws no
 random numbers, so `rpf3d audit` can repeat each decision with the same function.
 """
 

@@ -177,7 +177,7 @@ def _room_for(rocks: int, models: Models) -> tuple[FloatArray, IntArray]:
 def _flown_by(
     workers: int, at_hand: int, crew: Crew, groups: Iterator[list[IntArray]], stop: Callable[[], bool] | None
 ) -> Iterator[list[WrittenRecords]]:
-    """Fly the batches on several threads; yield the records to keep of each batch, in the order of the batches.
+    """Fly the batches, several on as many threads; yield the records to keep of each batch, in the batches' order.
 
     A new group starts as soon as fewer than `at_hand` batches are flying or waiting, until `stop` returns True. A
     single batch flies on the calling thread, because starting a thread takes longer than flying a few rocks.

@@ -129,6 +129,8 @@ class Stream:
     def fly(self, blocks: Iterable[Releases]) -> bool:
         """Fly blocks of rocks, and their fragments; return False if the run was stopped before all rocks had flown."""
         for releases in blocks:
+            if self.stopped():
+                return False
             flown = self._fly_block(releases)
             self.rows += len(releases.x)
             if flown < len(releases.x):

@@ -3,6 +3,7 @@
 import json
 import os
 from collections.abc import Sequence
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -173,7 +174,7 @@ def _on_crests(found: NewScene) -> list[str]:
         return ["no crest found: the source is a guess, so place it yourself"]
     numbers = crest_numbers(found)
     words = [f"crest_{number}: {words_on_crest(crest, found.choice_up)}"
-             for number, crest in zip(numbers, found.crests, strict=True)]  # fmt: skip
+             for number, crest in sorted(zip(numbers, found.crests, strict=True), key=itemgetter(0))]  # fmt: skip
     reason = ", because rocks from there may fall farthest; the others are comments in the scene"
     why = "" if len(words) == 1 else reason
     return [f"{counted(len(words), 'crest candidate')}; the source is crest_{numbers[0]}{why}", *words]

@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Iterator, Sequence
+from operator import itemgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -143,8 +144,10 @@ def _sources(found: NewScene) -> Iterator[str]:
         "released: choose yours; "
         "remove the # of others.")  # fmt: skip
     yield "sources:"
-    for place, (number, crest) in enumerate(zip(crest_numbers(found), found.crests, strict=True)):
-        yield from _crest(number, crest, found.choice_up, "# " if place else "")
+    (first, crest), *others = zip(crest_numbers(found), found.crests, strict=True)
+    yield from _crest(first, crest, found.choice_up, "")
+    for number, other in sorted(others, key=itemgetter(0)):
+        yield from _crest(number, other, found.choice_up, "# ")
 
 
 def crest_numbers(found: NewScene) -> list[int]:

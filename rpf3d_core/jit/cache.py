@@ -30,6 +30,8 @@ STUB = re.compile(r"^@model_function\ndef (\w+)", re.MULTILINE)
 """Pattern that finds the registration of a model function in a source file."""
 RULE = re.compile(r"^@(\w+)\.(?:rule|otherwise)\b", re.MULTILINE)
 """Pattern that finds the registration of a rule of a model function in a source file."""
+DOCSTRING = re.compile(r'^[ \t]*r?"""(?s:.*?)"""\s*', re.MULTILINE)
+"""Pattern of docstrings, which are strings in triple quotes at the beginning of a line, and the space after them."""
 IMPORT = re.compile(r"^\s*from rpf3d_core([\w.]*) import (?:\(([^)]*)\)|([^#\n]*))", re.MULTILINE)
 
 LOOPS: list[Any] = []
@@ -131,7 +133,8 @@ def in_cache_folder(module: str) -> Iterator[bool]:
 def source_digest(module: str) -> str:
     """Return a digest of all source files that the loops of a module depend on: 16 hex digits of the SHA-256.
 
-    If one of the files changes, the digest changes, so that outdated compiled code is not used.
+    If one of the files changes, the digest changes, so that outdated compiled code is not used. Docstrings do not
+    count, because compiled code does not have them.
     """
     return _digest(SOURCES, module.removeprefix(PACKAGE).replace(".", "/"))
 
@@ -141,7 +144,7 @@ def _digest(root: Path, file: str) -> str:
     """Return the digest of `source_digest`; root : folder of the package; file : path in the folder, without suffix."""
     digest, package = hashlib.sha256(), _package(root)
     for name in sorted(package.kernel_sources(file)):
-        digest.update(name.encode() + package.texts[name].encode())
+        digest.update(name.encode() + DOCSTRING.sub("", package.texts[name]).encode())
     return digest.hexdigest()[:16]
 
 

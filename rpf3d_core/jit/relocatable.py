@@ -1,8 +1,9 @@
 """Let all installed copies of one version of the package share the disk cache of compiled code.
 
 numba puts the path of the source file into the path of its cache, so that a new workspace, container or checkout would
-compile everything again. The folder of `cache.py` is already chosen by the content of the sources, so the place of the
-sources need not count. This file depends on numba's internals: if the internals change, the import of this file fails,
+compile everything again. After an edit of a docstring, it would compile the functions of the file again, too. The
+folder of `cache.py` is already chosen by the code in the sources, so neither the place of the sources nor their text
+need count. This file depends on numba's internals: if the internals change, the import of this file fails,
 and `cache.py` works without this file.
 """
 
@@ -35,6 +36,14 @@ class ByModule(UserProvidedCacheLocator):
             return None
         found: ByModule | None = super().from_function(py_func, py_file)  # type: ignore[no-untyped-call]
         return found
+
+    def get_source_stamp(self) -> str:
+        """Return the same stamp for all versions of the source file: each version of its code has its own folder."""
+        return ""
+
+    def get_disambiguator(self) -> str:
+        """Return the same text for all lines of a file: no two compiled functions of a file have the same name."""
+        return ""
 
 
 if not isinstance(getattr(CacheImpl, "_locator_classes", None), list):

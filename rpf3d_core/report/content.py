@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from rpf3d_core.ensemble.statistics import wilson_interval
-from rpf3d_core.hazard.benches import AT_MOST, CAUGHT_COUNT, in_percent, share_text
+from rpf3d_core.hazard.benches import AT_MOST, CAUGHT_COUNT, share_text
 from rpf3d_core.hazard.filled_cells import ReachedCells, filling_cell, rocks_that_fill, share_of_cells
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.report.barriers_part import from_of, worst_of
@@ -60,6 +60,8 @@ NOT_STOPPED = {
     Outcome.FELL_THROUGH: "were found below the ground: a fault of rpf3d",
 }
 """Words for the rocks with each outcome of `UNSTOPPED`, after their number."""
+if missing := set(UNSTOPPED) - set(NOT_STOPPED):
+    raise TypeError(f"no words for the outcomes {missing}")
 THREE = ("value", "95 % predictive", "95 % sampling")
 NO_PREDICTIVE = (
     "Predictive intervals are unknown, because the scene takes every coefficient of the ground as known. Sampling "
@@ -182,18 +184,16 @@ def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
     elif missing:
         yield (f"{missing:,} of {of:,} rocks are in no figure of distances beyond the toe, because no face steeper "
                f"than {STEEP:g} degrees and {LOWEST:g} m high ends below their release.")  # fmt: skip
-    rest = float(run.ends.at_rest.mean())
-    if rest < 1.0:
-        yield (f"{in_percent(1.0 - rest, 1)} % of the rocks did not stop on the terrain{_not_stopped(run)}: they count "
+    if unstopped := run.unstopped:
+        number, broken = sum(unstopped.values()), run.ended(Outcome.FRAGMENTED)
+        most_first = sorted(unstopped, key=lambda outcome: -unstopped[outcome])
+        what = ", ".join(f"{unstopped[outcome]:,} {NOT_STOPPED[outcome]}" for outcome in most_first)
+        kinds = "rocks and fragments" if broken else "rocks"
+        yield (f"{number:,} of {len(run.ends.key) - broken:,} {kinds} did not stop on the terrain ({what}): they count "
                "as stopping farther than every distance.")  # fmt: skip
-
-
-def _not_stopped(run: RunFiles) -> str:
-    """Return the outcomes of the rocks that did not stop as text in brackets, with their numbers, most first."""
-    found = {NOT_STOPPED[outcome]: run.summary["outcomes"].get(outcome.name.lower(), {}).get("rocks", 0)
-             for outcome in UNSTOPPED}  # fmt: skip
-    most_first = sorted((words for words, rocks in found.items() if rocks), key=lambda words: -found[words])
-    return f" ({', '.join(f'{found[words]:,} {words}' for words in most_first)})" if most_first else ""
+    if broken := run.ended(Outcome.FRAGMENTED):
+        yield (f"{broken:,} rocks broke. In the distances, each of them counts as stopping farther than every "
+               "distance, and its fragments count as rocks.")  # fmt: skip
 
 
 def _as_sentence(warning: str) -> str:
@@ -240,6 +240,9 @@ def _answer(run: RunFiles, toes: SourceToes) -> list[Element]:
     sentence = f"These zones are those in which most rocks stopped; {left} more are in the table of retention below."
     more = [Text(sentence)] if left else []
     more += [Text(caught)] if (caught := _caught(run).strip()) else []
+    without = [name for name, bench in together.items() if not bench["reached"]["rocks"]]
+    more += [Text(f"No rock reached {_some(without)}. The retention of the benches below states how many rocks may "
+                  "reach them all the same.")] if without else []  # fmt: skip
     return [
         Heading("The answer"), Table(("", *THREE), rows), *more, *further_faces(toes.together),
         Text(note, quiet=True),
@@ -272,14 +275,18 @@ def _not_reached(run: RunFiles) -> list[Element]:
     places = {name: bench for name, bench in run.summary["benches"].items() if not bench["reached"]["rocks"]}
     if not places:
         return []
-    names = list(places)
-    more = f" and {len(names) - MOST_NAMED} more zones" if len(names) > MOST_NAMED else ""
     reached = [place["reached"] for place in places.values()]
     widest = max(reached, key=lambda found: (found.get("predictive") or [0.0, 0.0])[1])
     _, predictive, sampling = share_cells(widest)
-    return [Text(f"No rock reached {', '.join(names[:MOST_NAMED])}{more}. That does not mean that none can: the share "
+    return [Text(f"No rock reached {_some(list(places))}. That does not mean that none can: the share "
                  f"of rocks that reach such a zone has the 95 % predictive interval {predictive} and the sampling "
                  f"interval {sampling}{_for_fewest_rocks(run)}.{_if_lost_came(places)}")]  # fmt: skip
+
+
+def _some(zones: list[str]) -> str:
+    """Return the names of zones as text, at most MOST_NAMED of them, and the number of further zones."""
+    more = f" and {len(zones) - MOST_NAMED} more zones" if len(zones) > MOST_NAMED else ""
+    return f"{', '.join(zones[:MOST_NAMED])}{more}"
 
 
 def _for_fewest_rocks(run: RunFiles) -> str:

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from rpf3d_core.ensemble.outward import three_figures
 from rpf3d_core.report.elements import Element, Heading, Table, Text
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.words import UNKNOWN, given
@@ -127,14 +128,13 @@ def _rock(run: RunFiles, rock: dict[str, Any]) -> Iterator[tuple[str, str, str]]
     yield "rock density", f"{given(rock['density'])} kg/m3", _stated(run, "rock.density")
     yield "rock size", size or "that of its shape", STATED if size is None else _stated(run, *paths)
     yield "rock shape", shape, _stated(run, "rock.shape")
-    yield "mass of the rocks flown", _masses(run), "from density, size and shape"
+    yield "mass of the rocks flown", _masses(run), "follows from the sizes"
 
 
 def _masses(run: RunFiles) -> str:
     """Return the range and the median of the masses of all rocks flown as text, without fragments."""
     mass = run.ends.mass[[piece == 0 for _, _, piece in run.ends.key]]
-    low, middle, high = (f"{value:,.3g}" if value < 1e3 else f"{float(f'{value:.3g}'):,.0f}"
-                         for value in (mass.min(), float(np.median(mass)), mass.max()))  # fmt: skip
+    low, middle, high = map(three_figures, (float(mass.min()), float(np.median(mass)), float(mass.max())))
     return f"{low} kg" if low == high else f"{low} to {high} kg, median {middle} kg"
 
 
@@ -161,6 +161,8 @@ def _source(run: RunFiles, number: int, source: dict[str, Any]) -> Iterator[tupl
     height = "" if source["above_ground"] is None else f", {given(source['above_ground'])} m above the ground"
     speed = source["velocity"] if source["speed"] is None else source["speed"]
     yield what, where + height, STATED
+    if any(source["spread"]):
+        yield what, f"rocks up to {given(source['spread'])} m from there, along x, y and z", STATED
     for name, unit in SIZES:
         if source.get(name) is not None:
             yield what, f"{name} of its rocks {_size(run, f'{at}.{name}', source[name], unit)}", STATED
@@ -178,11 +180,12 @@ def _direction(source: dict[str, Any]) -> str:
     if source["azimuth_deg"] is not None:
         found.append(f"towards {given(source['azimuth_deg'])} degrees clockwise from north")
     if source["elevation_deg"]:
-        found.append(f"{given(source['elevation_deg'])} degrees above the horizontal")
+        side = "above" if source["elevation_deg"] > 0.0 else "below"
+        found.append(f"{given(abs(source['elevation_deg']))} degrees {side} the horizontal")
     if source["spread_deg"]:
         found.append(f"in a cone of {given(source['spread_deg'])} degrees to each side")
     if any(source["velocity_spread"]):
-        found.append(f"each component up to {given(source['velocity_spread'])} m/s more or less")
+        found.append(f"vx, vy and vz up to {given(source['velocity_spread'])} m/s more or less")
     return "".join(f", {words}" for words in found)
 
 

@@ -23,7 +23,7 @@ from rpf3d_core.terrain.frame import FloatArray, Frame
 from rpf3d_core.unknowns.dealing import turns
 from rpf3d_core.unknowns.displacements import displacements
 from rpf3d_core.unknowns.parameter_sets import read_parameter_sets
-from rpf3d_core.values import DEPOSITED, Outcome
+from rpf3d_core.values import DEPOSITED, UNSTOPPED, Outcome
 
 IntArray = NDArray[np.int64]
 AT_REST = [outcome.name.lower() for outcome in DEPOSITED]
@@ -119,6 +119,15 @@ class RunFiles(NamedTuple):
     def sources(self) -> tuple[str, ...]:
         """The names of the sources, in the order of their numbers in `Ends.source`."""
         return tuple(source["name"] for source in self.inputs["scene"]["sources"])
+
+    def ended(self, outcome: Outcome) -> int:
+        """Return the number of rocks and fragments with an outcome."""
+        return int(self.summary.get("outcomes", {}).get(outcome.name.lower(), {}).get("rocks", 0))
+
+    @property
+    def unstopped(self) -> dict[Outcome, int]:
+        """The number of rocks and fragments with each outcome of `UNSTOPPED`, without outcomes that no rock has."""
+        return {outcome: rocks for outcome in UNSTOPPED if (rocks := self.ended(outcome))}
 
     @property
     def sets(self) -> int:

@@ -3,13 +3,14 @@
 The direction of the section is the mean direction of all rocks that start near this release.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.toe import directions
-from rpf3d_core.terrain.faces import foot_of_face
+from rpf3d_core.terrain.faces import STEEP, foot_of_face
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.height_image import height_image, heights_at
 
@@ -19,10 +20,8 @@ WIDTH = 0.2
 """Width of the strip along the section in which paths are drawn, as a share (-) of the largest runout."""
 NARROWEST = 10.0
 """Smallest width (m) of the strip."""
-POINTS_DOWNHILL = 21
-"""Number of points along each side of the square of ground that shows where the ground falls."""
-LEVEL = 0.02
-"""Largest gradient (-) of ground that counts as level, so that its direction means nothing."""
+BESIDE = 0.25
+"""Distance (m) on each side of a place over which the slope of the ground is measured."""
 BEHIND, AHEAD = 0.15, 0.1
 """Extension of the section behind the release and beyond the farthest end of a rock.
 
@@ -40,8 +39,8 @@ class CriticalSection(NamedTuple):
         points outside the strip; width : m, width of the strip
     path : (P, 2) m, the path of this rock, distance and elevation; None if the result does not have this path
     start : (2,) m, the release in z-up input coordinates; azimuth : direction of the section, degrees clockwise from
-        north; downhill : mean direction in which the ground falls between the release and the toe, or the end of the
-        section without a toe, likewise; NaN for level ground
+        north; downhill : mean direction in which the faces between the release and the end of the section fall,
+        likewise; NaN without faces
     """
 
     key: tuple[str, int, int]
@@ -58,7 +57,7 @@ class CriticalSection(NamedTuple):
 
     @property
     def obliquity(self) -> float:
-        """The angle (degrees, 0 to 180) between the section and the direction in which the ground falls; may be NaN."""
+        """The angle (degrees, 0 to 180) between the section and the direction in which its faces fall; may be NaN."""
         return abs((self.azimuth - self.downhill + 180.0) % 360.0 - 180.0)
 
 
@@ -85,7 +84,7 @@ def critical_section(run: RunFiles) -> CriticalSection | None:
         key=ends.key[row], runout=runout, toe=toe, distance=distance, ground=ground + up,
         paths=_in_strip(run, start, along, width), path=_onto(run, run.path_of(ends.key[row]), start, along),
         width=width, start=start + np.array([east, north]),
-        azimuth=_azimuth(along), downhill=_downhill(run, start, along, toe if np.isfinite(toe) else length),
+        azimuth=_azimuth(along), downhill=_downhill(run, line[ahead]),
     )  # fmt: skip
 
 
@@ -94,23 +93,20 @@ def _azimuth(direction: FloatArray) -> float:
     return float(np.degrees(np.arctan2(direction[0], direction[1])) % 360.0)
 
 
-def _downhill(run: RunFiles, start: FloatArray, along: FloatArray, length: float) -> float:
-    """Return the direction in which the ground around a line falls, degrees clockwise from north; NaN for level ground.
+def _downhill(run: RunFiles, places: FloatArray) -> float:
+    """Return the mean direction in which the faces at places (N, 2) m in plan fall; NaN if no place is on a face.
 
-    It is the direction of the plane that fits best to the heights in a square around the line. The centre of the square
-    is the middle of the line, and its sides have the length of the line.
-
-    start, along : (2,) m, local frame, and (2,) unit vector of the line; length : of the line (m)
+    The direction is in degrees clockwise from north. A face is steeper than STEEP (degrees).
     """
-    steps = np.linspace(-0.5, 0.5, POINTS_DOWNHILL) * length
-    offsets = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
-    places = start + 0.5 * length * along + offsets
-    heights = heights_at(height_image(run.terrain, places, 1.0), places)
-    known = np.isfinite(heights)
-    if known.sum() < 3:
-        return float("nan")
-    fit, *_ = np.linalg.lstsq(np.column_stack([offsets, np.ones(len(offsets))])[known], heights[known], rcond=None)
-    return _azimuth(np.asarray(-fit[:2])) if np.linalg.norm(fit[:2]) > LEVEL else float("nan")
+    shifts = np.array([(BESIDE, 0.0), (-BESIDE, 0.0), (0.0, BESIDE), (0.0, -BESIDE)])
+    image = height_image(run.terrain, np.concatenate([places + shift for shift in shifts]), 2.0 * BESIDE)
+    east, west, north, south = (heights_at(image, places + shift) for shift in shifts)
+    fall = np.column_stack([west - east, south - north]) / (2.0 * BESIDE)
+    steepness = np.linalg.norm(fall, axis=1)
+    faces = steepness > math.tan(math.radians(STEEP))  # False where the ground is not known
+    if not faces.any():
+        return math.nan
+    return _azimuth(np.asarray((fall[faces] / steepness[faces, None]).mean(axis=0)))
 
 
 def _onto(run: RunFiles, path: FloatArray | None, start: FloatArray, along: FloatArray) -> FloatArray | None:

@@ -19,8 +19,11 @@ from rpf3d_core.report.source_toes import SourceToes, farthest
 from rpf3d_core.report.toe import DESIGN, FAR, BeyondToe, held_beyond
 from rpf3d_core.report.words import metres
 
-OBLIQUE = 30.0
-"""Largest angle (degrees) between the section and the direction in which the ground falls, without a sentence on it."""
+OBLIQUE = 15.0
+"""Largest angle (degrees) between the section and the direction in which its faces fall, without a sentence on it.
+
+At this angle, berms look 4 % wider than they are.
+"""
 UNKNOWN_PATH = " The result does not have the path of this rock: run the scene again to draw it."
 
 
@@ -42,12 +45,11 @@ def section_part(run: RunFiles, toes: SourceToes, section: CriticalSection | Non
                f"from its release (rock {rock} of source {source}, runout {metres(section.runout)}). Its "
                f"azimuth, {whole_degrees(section.azimuth)}, is the mean of the rocks that start there. It shows the "
                f"paths in a strip of {section.width:.0f} m{known}.{'' if known else UNKNOWN_PATH}")  # fmt: skip
-    if section.obliquity > OBLIQUE:  # False if the obliquity is not known
-        yield Text(f"The ground there falls towards {whole_degrees(section.downhill)}: the section crosses the faces "
-                   "at an angle, so they look flatter and berms wider than they are.")  # fmt: skip
-    if not run.ends.at_rest.all():
-        yield Text("Rocks that did not stop on the terrain may have gone farther than this rock: the terrain does not "
-                   "show how far, so no section is drawn through their releases.")  # fmt: skip
+    if words := words_on_obliquity(section):
+        yield Text(words)
+    if unstopped := sum(run.unstopped.values()):
+        yield Text(f"The choice of the section leaves out the {unstopped:,} rocks that did not stop on the terrain: "
+                   "they may go farther than this rock.")  # fmt: skip
     fences, elsewhere = fences_in(run, section)
     above = "the ground, the paths and the barriers" if fences else "the ground and the paths"
     far = farthest(toes, DESIGN)
@@ -58,6 +60,14 @@ def section_part(run: RunFiles, toes: SourceToes, section: CriticalSection | Non
     if elsewhere:
         yield Text(f"Barriers of the scene that the picture leaves out: {', '.join(elsewhere)}. They do not cross the "
                    "section, or the file of their line is no longer there.", quiet=True)  # fmt: skip
+
+
+def words_on_obliquity(section: CriticalSection) -> str:
+    """Return a sentence on a section that crosses its faces at an angle; "" for others, and without faces."""
+    if not section.obliquity > OBLIQUE:  # also if the obliquity is not known
+        return ""
+    return (f"Its faces fall towards {whole_degrees(section.downhill)}: the section crosses them at an angle, so they "
+            "look flatter and berms wider than they are.")  # fmt: skip
 
 
 def _section_png(run: RunFiles, beyond: BeyondToe, section: CriticalSection, source: str) -> bytes:

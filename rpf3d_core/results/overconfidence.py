@@ -34,8 +34,11 @@ NOTABLE = 0.5
 """A sentence is shown if the misfit of the calibration (m) is at least this large."""
 MANY_LEFT = 0.01
 """A sentence is shown if more than this share (-) of the rocks flew past the edge of the terrain."""
-PARTS = 8
-"""Number of parts along each axis into which the places where rocks left the terrain are divided, to name one."""
+SIDE, PARTS = 25.0, 40
+"""Smallest width (m) of the squares in which rocks that left the terrain are counted, to name one place.
+
+On a large terrain, the width is one of PARTS parts of its larger extent.
+"""
 NAMED = 3
 """Largest number of places or unknowns that a sentence names."""
 SOME_ELSEWHERE = 0.05
@@ -156,31 +159,33 @@ def _counted_as_known(run: Run) -> list[str]:
 
 
 def _of_the_edge(run: Run) -> Iterator[str]:
-    """Yield a sentence if many rocks flew past the edge of the terrain: where they did, and what to do."""
-    deposits = run.flights.deposits
-    left = deposits.x[deposits.outcome == Outcome.LEFT_TERRAIN]
-    if len(left) <= MANY_LEFT * len(deposits.x):
-        return
-    plan = left[:, :2] + np.array(run.terrain.frame.origin[:2])
-    (x, y), rocks = busiest_place(plan)
-    yield (f"{in_percent(len(left) / len(deposits.x), 1)} % of the rocks flew past the edge of the terrain, so nothing "
-           f"is known about where they stop; most often ({rocks:,} of {len(left):,}) near E {x:,.0f}, N {y:,.0f}. "
-           "Take a terrain that reaches farther there")  # fmt: skip
+    """Yield a sentence if many rocks flew past the edge of the terrain: how many, where most of them, and what to do.
 
-
-def busiest_place(plan: FloatArray) -> tuple[tuple[float, float], int]:
-    """Return the mean (m) of the points in the part of the plan that contains most points, and their number.
-
-    The rectangle around all points is divided into PARTS by PARTS (8 by 8) parts.
-
-    plan : (N, 2) m, at least one point
+    The place is that of the rocks to display, which are some of all rocks in a large run.
     """
-    low, size = plan.min(axis=0), np.ptp(plan, axis=0)
-    part = np.minimum((plan - low) / np.where(size > 0.0, size, 1.0) * PARTS, PARTS - 1).astype(np.int64)
-    number = part @ (PARTS, 1)
-    inside = number == np.bincount(number).argmax()
-    x, y = plan[inside].mean(axis=0).tolist()
-    return (x, y), int(inside.sum())
+    rocks, left = run.totals.rocks, run.totals.outcomes[Outcome.LEFT_TERRAIN]
+    deposits, frame = run.flights.deposits, run.terrain.frame
+    ends = deposits.x[deposits.outcome == Outcome.LEFT_TERRAIN]
+    if left <= MANY_LEFT * rocks or not len(ends):
+        return
+    extent = float(np.ptp(run.terrain.vertices[:, :2], axis=0).max())
+    place, share = busiest_place(ends, max(SIDE, extent / PARTS))
+    x, *middle, last = frame.points_to_input(place).tolist()
+    where = f"E {x:,.0f}, N {middle[0]:,.0f}" if frame.up == "z" else f"x {x:,.0f}, z {last:,.0f}"
+    yield (f"{left:,} of {rocks:,} rocks flew past the edge of the terrain, so nothing is known about where they stop; "
+           f"most of all ({in_percent(share, 0)} % of them) near {where}. Take a terrain that reaches farther "
+           "there")  # fmt: skip
+
+
+def busiest_place(points: FloatArray, side: float) -> tuple[FloatArray, float]:
+    """Return the place (3,) m where most of the points (N, 3) m lie, and the share (-) of the points there.
+
+    The plan is divided into squares of the width `side` (m). Of the square with most points, the place is the point
+    closest to the mean of its points.
+    """
+    _, square, count = np.unique(np.floor(points[:, :2] / side), axis=0, return_inverse=True, return_counts=True)
+    inside = points[square.ravel() == count.argmax()]
+    return inside[np.linalg.norm(inside - inside.mean(axis=0), axis=1).argmin()], len(inside) / len(points)
 
 
 def _of_places(run: Run) -> Iterator[str]:

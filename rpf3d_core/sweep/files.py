@@ -10,7 +10,7 @@ from rpf3d_core.results.hazard_files.benches_csv import write_csv
 from rpf3d_core.results.series import Curve, Panel
 from rpf3d_core.scene.listings.key_words import KeyWords, key_in_words
 from rpf3d_core.sweep.cells import Cell, value_text
-from rpf3d_core.sweep.figures import PREDICTIVE, REACHED, RETAINED, RUNOUT, STOPPED, UNKNOWN
+from rpf3d_core.sweep.figures import BARRIER, PREDICTIVE, REACHED, RETAINED, RUNOUT, STOPPED, UNKNOWN
 from rpf3d_core.sweep.flying import CELLS, CellRecord
 from rpf3d_core.sweep.tables import (
     BEYOND_TERRAIN,
@@ -111,11 +111,14 @@ def _most_held(records: Sequence[CellRecord], place: Place) -> float:
     """Return the rank of a place, by which the places of the picture are sorted: the largest rank comes first.
 
     The rank of a zone is the largest share of all rocks that stopped in the zone in any cell of the sweep. The rank of
-    an area is this share plus 1, so that areas come before all zones. The rank of a barrier, which has no such share,
-    is 3, so that barriers come first.
+    an area is the largest share that reached it plus 1, so that areas come before all zones. The rank of a barrier is
+    3, so that barriers come first.
     """
-    shares = [figure.value or 0.0 for record in records if (figure := figure_of(record, STOPPED, place))]
-    return max(shares, default=2.0) + (place[0] != "zone")
+    if place[0] == BARRIER:
+        return 3.0
+    result = REACHED if place[0] == AREA else STOPPED
+    shares = [figure.value or 0.0 for record in records if (figure := figure_of(record, result, place))]
+    return max(shares, default=0.0) + (place[0] == AREA)
 
 
 def _curves(

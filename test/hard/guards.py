@@ -1,7 +1,7 @@
 """Check the guards of the hard cases: without the guard in the code, the test of the case must fail.
 
     python test/hard/guards.py            apply each change to a copy of the package; its test must fail there
-    python test/hard/guards.py --table    print the table of README.md, which a test compares
+    python test/hard/guards.py --list     print the list of README.md, which a test compares
 
 A change replaces a text that occurs exactly once in a file. All named tests first run without a change. Tests of
 the reference engine are preferred, because each change of a kernel compiles the other engine again.
@@ -12,6 +12,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import textwrap
 from pathlib import Path
 from typing import NamedTuple
 
@@ -620,10 +621,17 @@ def holds(guard: Guard) -> bool:
         return run([guard.test], folder) == FAILED
 
 
-def table() -> str:
-    """Return the guards as a table in Markdown."""
-    rows = [f"| `{g.test}` | `{g.file.split('/', 1)[1]}`: {g.guard} | {g.without} |" for g in GUARDS]
-    return "\n".join(["| hard case | guard | without it |", "|---|---|---|", *rows])
+def listed() -> str:
+    """Return the guards as a list in Markdown: the test of each guard, the guard, and what happens without it."""
+    lines = []
+    for one in GUARDS:
+        guard = f"  - Guard: `{one.file.split('/', 1)[1]}`: {one.guard}."
+        lines += [f"- `{one.test}`", *map(_wrapped, (guard, f"  - Without it: {one.without}."))]
+    return "\n".join(lines)
+
+
+def _wrapped(text: str) -> str:
+    return textwrap.fill(text, 120, subsequent_indent=" " * 4, break_long_words=False, break_on_hyphens=False)
 
 
 def main(chosen: list[str]) -> int:
@@ -643,7 +651,7 @@ def main(chosen: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    if sys.argv[1:] == ["--table"]:
-        print(table())
+    if sys.argv[1:] == ["--list"]:
+        print(listed())
     else:
         sys.exit(main(sys.argv[1:]))

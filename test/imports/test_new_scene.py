@@ -329,7 +329,8 @@ def test_crests_are_numbered_from_the_top_as_zones_are(tmp_path: Path) -> None:
     assert [source.name for source in read_scene(written.path).sources] == ["crest_2"]
     (count, first, second) = written.sentences[-3:]
     assert "the source is crest_2, because" in count
-    assert first.startswith("crest_2: ") and second.startswith("crest_1: ")
+    assert first.startswith("crest_1: ") and first.endswith("a face of 6 m, fall 6 m")
+    assert second.startswith("crest_2: ") and second.endswith("a face of 24 m, fall 24 m")
 
 
 def test_a_folder_with_files_is_not_touched(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """Tests that compiled code is never stale, works without a cache, and names models without a rule."""
 
+import ast
 import shutil
 from importlib import import_module
 from pathlib import Path
@@ -127,6 +128,35 @@ def test_the_digest_changes_when_the_source_of_a_kernel_changes(
     assert digest_of(monkeypatch, package) != before
 
 
+@pytest.mark.parametrize("file", IN_FLIGHTS)
+def test_the_digest_stays_when_a_docstring_changes(monkeypatch: pytest.MonkeyPatch, package: Path, file: str) -> None:
+    before = digest_of(monkeypatch, package)
+    path = package / file
+    path.write_text(path.read_text().replace('"""', '"""Words.\n\n    More words.\n    ', 1))
+    assert digest_of(monkeypatch, package) == before
+
+
+def test_what_the_digest_leaves_out_are_statements_that_are_strings() -> None:
+    """A string that the code uses, such as a text in brackets, must count."""
+    for name, text in sources_in_the_package().texts.items():
+        ends = (found.start() + len(found[0].rstrip()) for found in cache.DOCSTRING.finditer(text))
+        left_out = {text.count("\n", 0, end) + 1 for end in ends}
+        docs = {
+            node.end_lineno for node in ast.walk(ast.parse(text))
+            if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+        }  # fmt: skip
+        assert left_out <= docs, name
+
+
+def test_no_two_loops_of_a_file_have_the_same_name() -> None:
+    """The names of the files in the cache do not have line numbers, which change with docstrings."""
+    for name in sources_in_the_package().texts:
+        if "@loop" in sources_in_the_package().texts[name]:
+            import_module(f"rpf3d_core.{name.replace('/', '.')}")
+    names = [(each.__module__, each.py_func.__qualname__) for each in cache.LOOPS]
+    assert len(names) > 50 and len(set(names)) == len(names)
+
+
 @pytest.mark.parametrize("file", NOT_IN_FLIGHTS)
 def test_the_digest_of_flights_stays_when_a_file_changes_that_no_flight_calls(
     monkeypatch: pytest.MonkeyPatch, package: Path, file: str
@@ -219,6 +249,15 @@ def test_where_numba_has_no_list_of_places_each_copy_compiles_for_itself(package
     ]
     assert [each.stdout.split() for each in said] == [["90", "0"], ["90", "1"]], said
     assert not list((tmp_path / "cache").rglob("*-numba-*"))
+
+
+def test_an_edit_of_a_docstring_compiles_nothing(package: Path, tmp_path: Path) -> None:
+    home = {"XDG_CACHE_HOME": str(tmp_path / "cache")}
+    assert total_of(package, **home) == (90, 0)
+    for file in ("factor.py", "total.py"):
+        path = package / "terrain" / file
+        path.write_text('"""A module.\n\nIts lines move.\n"""\n\n' + path.read_text())
+    assert total_of(package, **home) == (90, 1)
 
 
 def test_an_edit_in_a_file_that_a_loop_calls_is_never_run_stale(package: Path, tmp_path: Path) -> None:

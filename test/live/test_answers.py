@@ -1,5 +1,6 @@
 """Tests of answers to bursts of sources: ever larger ensembles, always with the same bits."""
 
+import math
 from dataclasses import replace
 from itertools import count, islice, pairwise
 
@@ -8,10 +9,11 @@ import pytest
 from live_ground import ENGINES, over_the_wall, pit_scene, pit_standing
 from watched_road import standing_over
 
+from rpf3d_core.ensemble import batches, stream
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.convergence import is_enough, step_of
 from rpf3d_core.live import released
-from rpf3d_core.live.answers import EnsembleSize, answers
+from rpf3d_core.live.answers import BLOCK, EnsembleSize, answers
 from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.standing import stand_on
 from rpf3d_core.live.triggers import trigger_of
@@ -77,6 +79,19 @@ def test_a_newer_trigger_ends_refinement_between_stages_and_within_one(tmp_path)
     assert [a.rocks for a in flown(standing, trigger, stop=during_the_second)] == [200]
 
 
+@pytest.mark.parametrize("side", [0.0, math.inf])
+def test_a_stage_that_is_given_up_flies_no_further_block(tmp_path, side, monkeypatch):
+    """The stage has 8,000 rocks, of one cluster or of five; newer sources come when the stage begins."""
+    standing = pit_standing(tmp_path, more="target: {half_width: 1.0e-4, most_rocks: 16000}")
+    size, trigger = EnsembleSize(8000, 0, side), over_the_wall(5)
+    stages = answers(standing, trigger, WIDE, {}, size, lambda stage: stage == 1, count(1))
+    assert next(stages).rocks == 8000
+    fly, blocks = batches.fly_batches, []
+    monkeypatch.setattr(stream, "fly_batches", lambda *args: blocks.append(len(args[2].x)) or fly(*args))
+    assert next(stages, None) is None
+    assert sum(blocks) <= BLOCK
+
+
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_same_trigger_has_the_same_bits_however_it_was_interrupted(tmp_path, engine):
     first = 30 if engine == "reference" else 200
@@ -107,9 +122,7 @@ def test_both_engines_give_the_same_bits(tmp_path):
     assert [bits(a) for a in each[0]] == [bits(a) for a in each[1]]
 
 
-@pytest.mark.parametrize("at_once", [0, 10**6])
-def test_releases_that_are_drawn_at_once_are_those_that_are_drawn_one_by_one(tmp_path, at_once, monkeypatch):
-    monkeypatch.setattr(released, "AT_ONCE", at_once)
+def test_releases_that_are_drawn_at_once_are_those_that_are_drawn_one_by_one(tmp_path):
     standing, trigger = pit_standing(tmp_path), over_the_wall(4)
     over = released.released_over(standing, trigger, WIDE)
     draw = released.drawn_for(standing, over, ([3, 0, 5, 7], [9, 0, 25, 8]))
@@ -120,14 +133,17 @@ def test_releases_that_are_drawn_at_once_are_those_that_are_drawn_one_by_one(tmp
         assert getattr(one, name).tobytes() == getattr(other, name).tobytes(), name
 
 
-@pytest.mark.parametrize("at_once", [0, 10**6])
-def test_an_answer_does_not_depend_on_how_its_releases_are_drawn(tmp_path, at_once, monkeypatch):
-    """Each source is a cluster; stages after the first have several blocks."""
-    standing = pit_standing(tmp_path, more="target: {half_width: 1.0e-4, most_rocks: 6000}")
-    size, trigger = EnsembleSize(1500, 0, 0.0), over_the_wall(4)
-    before = [bits(a) for a in answers(standing, trigger, WIDE, {}, size, never, count(1))]
-    monkeypatch.setattr(released, "AT_ONCE", at_once)
-    assert [bits(a) for a in answers(standing, trigger, WIDE, {}, size, never, count(1))] == before
+@pytest.mark.parametrize("of_ground", [0.5, "{prior: {min: 0.4, max: 0.6}}"])
+def test_an_answer_does_not_depend_on_how_its_releases_are_drawn(tmp_path, of_ground, monkeypatch):
+    """Each source is a cluster; stages after the first have several blocks, or fly one parameter set after another."""
+    more = "target: {half_width: 1.0e-4, most_rocks: 6000}\n"
+    standing = pit_standing(tmp_path, more=more, R_n=of_ground)
+    assert (standing.sets is None) == (of_ground == 0.5)
+    size, trigger, each = EnsembleSize(1500, 0, 0.0), over_the_wall(4), []
+    for at_once in (0, 10**6):
+        monkeypatch.setattr(released, "AT_ONCE", at_once)
+        each.append([bits(a) for a in islice(answers(standing, trigger, WIDE, {}, size, never, count(1)), 2)])
+    assert each[0] == each[1] and len(each[0]) == 2
 
 
 def test_another_seed_gives_another_answer(tmp_path):

@@ -1,4 +1,4 @@
-"""Tests that the check of `make lint` finds words that the texts of rpf3d avoid."""
+"""Tests that the check of `make lint` finds words that the texts of rpf3d avoid, and too long lines of pages."""
 
 import importlib.util
 import subprocess
@@ -54,6 +54,31 @@ def test_code_and_names_pass(tmp_path: Path, name: str, text: str) -> None:
     (tmp_path / name).write_text(text, encoding="utf-8")
     done = check(tmp_path / name)
     assert (done.returncode, done.stdout) == (0, "")
+
+
+@needs_codespell
+@pytest.mark.parametrize("name", ["page.md", "page.rst"])
+@pytest.mark.parametrize("text", ["word " * 32 + "end", f"| {'cell ' * 32}|", f"```\n{'x' * 161}\n```"])
+def test_a_page_with_a_line_of_more_than_160_characters_fails_also_in_a_table_or_in_code(
+    tmp_path: Path, name: str, text: str
+) -> None:
+    (tmp_path / name).write_text(f"A page.\n\n{text}\n", encoding="utf-8")
+    done = check(tmp_path / name)
+    line = 3 + text.count("\n") // 2
+    assert done.returncode != 0
+    assert done.stdout.startswith(f"{name}:{line}: the line has ") and len(done.stdout.splitlines()) == 1
+
+
+@needs_codespell
+def test_a_line_of_160_characters_and_a_long_line_of_a_module_pass(tmp_path: Path) -> None:
+    (tmp_path / "page.md").write_text("é" * 160 + "\n", encoding="utf-8")
+    (tmp_path / "module.py").write_text(f"x = '{'y' * 200}'\n", encoding="utf-8")
+    done = check(tmp_path / "page.md", tmp_path / "module.py")
+    assert (done.returncode, done.stdout) == (0, "")
+
+
+def test_no_line_of_a_page_of_the_project_is_too_long() -> None:
+    assert habits.long_lines(habits.all_prose()) == []
 
 
 def test_each_entry_offers_a_better_word_and_is_never_replaced_by_a_program() -> None:

@@ -30,6 +30,7 @@ from rpf3d_core.report.toe import beyond_toe
 from rpf3d_core.report.view import draped, terrain_seen, view_html
 from rpf3d_core.report.words import UNKNOWN
 from rpf3d_core.runs.run import run_scene
+from rpf3d_core.scene.key_paths import with_values
 from rpf3d_core.scene.model import AreaSpec
 from rpf3d_core.scene.reading import read_scene
 
@@ -197,7 +198,7 @@ def test_the_answer_has_the_barriers_and_what_no_rock_reached(unknown_ground) ->
     ]  # fmt: skip
     below = texts_of(report_elements(run, "site"))
     assert any("No rock reached PIT FLOOR" in text and "interval 0-3 %" in text for text in below)
-    assert not any("PIT FLOOR" in text for text in texts), "it does not stand between the main figures and the pictures"
+    assert any(text.startswith("No rock reached PIT FLOOR. The retention of the benches below") for text in texts)
 
 
 def test_rocks_lost_to_holes_have_the_share_that_the_warning_points_to(unknown_ground) -> None:
@@ -221,10 +222,25 @@ def test_rocks_lost_to_holes_have_the_share_that_the_warning_points_to(unknown_g
 def test_the_warning_of_rocks_that_did_not_stop_says_what_became_of_them(unknown_ground) -> None:
     run = read_run(unknown_ground)
     run.summary["outcomes"] |= {"left_terrain": {"rocks": 3}, "lost_to_hole": {"rocks": 5}}
-    run = run._replace(ends=run.ends._replace(at_rest=np.arange(len(run.ends.at_rest)) > 7))
-    (box,) = (each for each in report_elements(run, "site") if isinstance(each, Warnings))
-    words = "6.2 % of the rocks did not stop on the terrain (5 fell through holes of the terrain, 3 flew past the edge"
+    elements = report_elements(run, "site")
+    (box,) = (each for each in elements if isinstance(each, Warnings))
+    words = "8 of 128 rocks did not stop on the terrain (5 fell through holes of the terrain, 3 flew past the edge"
     assert any(sentence.startswith(words) for sentence in box.sentences)
+    assert any("leaves out the 8 rocks that did not stop" in text for text in texts_of(elements))
+
+
+def test_rocks_that_broke_are_not_rocks_that_did_not_stop(tmp_path) -> None:
+    scene = with_values(read_scene(SCENES / "bench_15m.yaml"), {"effects.fragmentation": {"least_ratio": 0.25}})
+    run_scene(scene, tmp_path / "out", 128, "reference")
+    run = read_run(tmp_path / "out")
+    broken = run.summary["outcomes"]["fragmented"]["rocks"]
+    assert broken and len(run.ends.key) > 128
+    (box,) = (each for each in report_elements(run, "site") if isinstance(each, Warnings))
+    assert any(sentence.startswith(f"{broken} rocks broke. ") for sentence in box.sentences)
+    unstopped = sum(run.unstopped.values())
+    said = [sentence for sentence in box.sentences if "did not stop on the terrain" in sentence]
+    assert len(said) == bool(unstopped)
+    assert all(sentence.startswith(f"{unstopped} of {len(run.ends.key) - broken} rocks and fr") for sentence in said)
 
 
 def test_inputs_have_the_masses_and_the_direction_of_the_release(unknown_ground) -> None:
@@ -236,7 +252,7 @@ def test_inputs_have_the_masses_and_the_direction_of_the_release(unknown_ground)
     low, high, middle = (float(text.replace(",", "")) for text in re.findall(r"[\d,.]+(?= to| kg)", mass))
     mass = run.ends.mass
     assert (low, high, middle) == pytest.approx((mass.min(), mass.max(), np.median(mass)), 0.005)
-    assert any(value == "2 m/s, towards 110 degrees clockwise from north, -20 degrees above the horizontal, "
+    assert any(value == "2 m/s, towards 110 degrees clockwise from north, 20 degrees below the horizontal, "
                "in a cone of 5 degrees to each side" for _, value, _ in rows)  # fmt: skip
 
 

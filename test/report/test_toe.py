@@ -8,13 +8,11 @@ import pytest
 from benches_fallen_from import HEIGHT, TOE, fallen, thrown
 
 from rpf3d_core.report import toe
-from rpf3d_core.report.elements import Text
 from rpf3d_core.report.passing import never_rising, passing, places_beyond, places_for, shares_beyond
 from rpf3d_core.report.run_files import KeptPaths, _sets
 from rpf3d_core.report.section import critical_section
-from rpf3d_core.report.section_part import section_part
+from rpf3d_core.report.section_part import words_on_obliquity
 from rpf3d_core.report.segments import KEPT, segments_of
-from rpf3d_core.report.source_toes import source_toes
 from rpf3d_core.report.toe import BEYOND, FAR, beyond_toe, held_beyond
 from rpf3d_core.report.words import FARTHER, UNKNOWN, interval, metres
 from rpf3d_core.terrain.faces import foot_of_face
@@ -246,7 +244,7 @@ def test_the_critical_section_has_the_profile_of_the_bench() -> None:
 
 @pytest.mark.parametrize(("aside", "oblique"), [(0.0, 0.0), (40.0, 53.13)])
 def test_a_section_that_crosses_the_face_at_an_angle_knows_it(aside: float, oblique: float) -> None:
-    """All rocks end `aside` m beside the line of fall, 30 m from the crest; the ground falls towards the east."""
+    """All rocks end `aside` m to the side of the line of fall, 30 m from the crest; the ground falls to the east."""
     run = fallen(np.full(50, 30.0))
     end = run.ends.end + np.array([0.0, aside, 0.0])
     ends = run.ends._replace(end=end, runout=np.full(50, math.hypot(30.0, aside)))
@@ -254,9 +252,20 @@ def test_a_section_that_crosses_the_face_at_an_angle_knows_it(aside: float, obli
     assert section is not None
     assert section.downhill == pytest.approx(90.0, abs=0.1)
     assert section.obliquity == pytest.approx(oblique, abs=0.1)
-    elements = list(section_part(run._replace(ends=ends), source_toes(run), section))
-    texts = [element.text for element in elements if isinstance(element, Text)]
-    assert any("falls towards 90 degrees" in text for text in texts) == (oblique > 0.0)
+    assert ("faces fall towards 90 degrees" in words_on_obliquity(section)) == (oblique > 0.0)
+
+
+def test_the_direction_of_faces_is_that_of_the_faces_that_the_section_crosses() -> None:
+    """A slope of 40 degrees has no face. A wall 40 m to the side of the section does not count."""
+    x, y = np.array([0.0, 60.0]), np.array([-20.0, 40.0, 60.0])
+    height = np.array([[50.0, 50.0, 150.0], [0.0, 0.0, 100.0]])
+    vertices = np.array([(x[i], y[j], height[i, j]) for i in range(2) for j in range(3)])
+    triangles = np.array([(0, 3, 1), (3, 4, 1), (1, 4, 2), (4, 5, 2)], dtype=np.int32)
+    run = fallen(np.full(50, 50.0))
+    slope = replace(run.terrain, vertices=vertices, triangles=triangles, zone=np.zeros(4, dtype=np.int32))
+    section = critical_section(run._replace(terrain=slope))
+    assert section is not None and math.isnan(section.downhill) and math.isnan(section.obliquity)
+    assert words_on_obliquity(section) == ""
 
 
 def test_rocks_belong_to_the_sets_that_the_run_dealt() -> None:

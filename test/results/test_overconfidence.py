@@ -1,6 +1,8 @@
 """Tests of the list of reasons why the results of a run look more certain than they are."""
 
 import re
+from collections import Counter
+from copy import copy
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +12,8 @@ from terrain_files import grid, write_binary_stl
 
 import rpf3d_core as rpf3d
 from rpf3d_core.ensemble.flights import Deposits
-from rpf3d_core.results.overconfidence import behind_a_crest, busiest_place, surer_than_it_may_be
+from rpf3d_core.results.overconfidence import _of_the_edge, behind_a_crest, busiest_place, surer_than_it_may_be
+from rpf3d_core.terrain.frame import Frame
 from rpf3d_core.unknowns.parameter_sets import parameter_sets, write_parameter_sets
 from rpf3d_core.values import Outcome
 
@@ -171,21 +174,46 @@ def test_rocks_that_went_on_are_not_rounded_away() -> None:
 
 
 def test_rocks_that_flew_past_the_edge_are_counted_with_the_place(tmp_path: Path) -> None:
-    """All rocks leave the terrain, which is 6 m wide, over its eastern edge; slow ones stay on it."""
+    """All rocks leave the terrain over its eastern edge, at x = 5 m; slow ones stay on it."""
     fast = ("rocks: 30}", "rocks: 30, velocity: [30, 0, 3]}")
-    words = "100 % of the rocks flew past the edge of the terrain, so nothing is known about where they stop"
+    words = "30 of 30 rocks flew past the edge of the terrain, so nothing is known about where they stop; most of all "
     (found,) = (sentence for sentence in sentences(tmp_path, fast) if sentence.startswith(words))
-    east, north = (float(text) for text in re.findall(r"[EN] ([\d,]+)", found))
-    assert east > 3.0 and north == pytest.approx(1.2, abs=1.0)
+    assert "(100 % of them) near E 5, N 1." in found
     assert not has(sentences(tmp_path, SPREAD), "flew past the edge")
+
+
+def test_rocks_that_flew_past_the_edge_are_counted_among_all_rocks(tmp_path: Path) -> None:
+    """A large run keeps only some of its rocks for display."""
+    sentences(tmp_path, ("rocks: 30}", "rocks: 30, velocity: [30, 0, 3]}"))
+    run = rpf3d.simulate(tmp_path / "scene.yaml")
+    deposits = run.flights.deposits
+    some = replace(deposits, **{name: getattr(deposits, name)[:7] for name in ("x", "outcome", "release", "source")})
+    kept = replace(run, flights=replace(run.flights, deposits=some))
+    assert has(list(_of_the_edge(kept)), "30 of 30 rocks flew past the edge")
+
+
+def test_the_place_of_the_edge_is_in_the_coordinates_of_the_input(tmp_path: Path) -> None:
+    sentences(tmp_path)
+    run = rpf3d.simulate(tmp_path / "scene.yaml")
+    deposits = run.flights.deposits
+    left = replace(deposits, outcome=np.full(30, Outcome.LEFT_TERRAIN), x=np.tile([3.0, 2.0, 1.0], (30, 1)))
+    totals = copy(run.totals)
+    totals.outcomes = Counter({Outcome.LEFT_TERRAIN: 30})
+    frame = Frame(origin=(500.0, -7000.0, 90.0), up="y")
+    turned = replace(run, flights=replace(run.flights, deposits=left), totals=totals,
+                     prepared=replace(run.prepared, terrain=replace(run.terrain, frame=frame)))  # fmt: skip
+    assert has(list(_of_the_edge(turned)), "near x 503, z 6,998.")
 
 
 def test_the_busiest_place_is_that_of_most_points() -> None:
     rng = np.random.default_rng(3)
-    few, many = rng.normal((0.0, 0.0), 0.5, (40, 2)), rng.normal((500.0, 80.0), 0.5, (60, 2))
-    (x, y), points = busiest_place(np.concatenate([few, many]))
-    assert (x, y) == pytest.approx(many.mean(axis=0), abs=0.3) and 50 <= points <= 60
-    assert busiest_place(np.array([[7.0, 8.0]])) == ((7.0, 8.0), 1)
+    few, many = rng.normal((10.0, 10.0), 0.5, (40, 2)), rng.normal((510.0, 85.0), 0.5, (60, 2))
+    far = [[9e3, 0.0, 0.0]]
+    points = np.concatenate([np.pad(few, ((0, 0), (0, 1))), np.pad(many, ((0, 0), (0, 1))), far])
+    place, share = busiest_place(points, 25.0)
+    assert place.tolist() in points[40:100].tolist() and place[:2] == pytest.approx(many.mean(axis=0), abs=0.5)
+    assert share == 60 / 101
+    assert busiest_place(np.array([[7.0, 8.0, 9.0]]), 25.0)[0].tolist() == [7.0, 8.0, 9.0]
 
 
 @pytest.mark.parametrize(("east", "is_partly_off"), [(3.9, False), (12.0, True)])

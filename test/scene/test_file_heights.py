@@ -78,7 +78,15 @@ def test_heights_in_another_datum_are_asked_for(
 def test_heights_that_count_downwards_are_asked_for(tmp_path: Path) -> None:
     (found,) = told(tmp_path, "line", "crest.geojson", geojson(brow() * [1.0, 1.0, -1.0]))
     assert "below the ground in the median" in found
-    assert ": does z point down in the file or in the terrain? The heights are not used" in found
+    assert ": does z point down in the file or in the terrain, or is one of them in another datum? The heights" in found
+
+
+def test_a_datum_near_height_0_is_not_a_z_that_points_down(tmp_path: Path) -> None:
+    """The ground at the line is at 0.2 m, so that heights in another datum also fit with the other sign."""
+    line = brow() * [1.0, 1.0, 0.0] + [0.0, 0.0, -2.6]
+    line[:, 0] += 70.0
+    (found,) = told(tmp_path, "line", "floor.geojson", geojson(line))
+    assert "in another unit or datum, or does the source lie next to its crest" in found
 
 
 def test_a_crest_that_was_drawn_a_little_beyond_the_edge_of_its_face_is_right(tmp_path: Path) -> None:

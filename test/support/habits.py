@@ -1,9 +1,10 @@
-"""Search prose for words that texts of rpf3d must not use, with codespell and the dictionary habits.txt.
+"""Search prose for words that texts of rpf3d must not use, and pages for lines that are too long.
 
 python test/support/habits.py [FILE ...]
 
-Prose is a page, or the comments and docstrings of a Python file. Code in it (between backticks, in fences, names before
-a colon as in `name : meaning`) does not count. Without arguments: all prose of the project. Exit code 0: nothing found.
+codespell finds the words, with the dictionary habits.txt. Prose is a page, or the comments and docstrings of a Python
+file. Code in it (between backticks, in fences, names before a colon as in `name : meaning`) does not count for words,
+but counts for the length of lines. Without arguments: all prose of the project. Exit code 0: nothing found.
 """
 
 import io
@@ -18,7 +19,10 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 DICTIONARY = Path(__file__).with_name("habits.txt")
 PLACES = ("rpf3d_core", "rpf3d_ros", "launch", "docs", "benchmarks", "test", "examples")
-KINDS = (".md", ".rst", ".py")
+PAGES = (".md", ".rst")
+KINDS = (*PAGES, ".py")
+MOST_CHARACTERS = 160
+"""Largest number of characters in a line of a page: only rows of tables and code, which cannot wrap, need that many."""
 GENERATED = ROOT / "docs" / "api"
 CODE = r"`[^`]*`|\b\w+(, \w+)* : "
 """Pattern of the parts of a line that codespell ignores."""
@@ -71,6 +75,15 @@ def codespell(files: Iterable[Path], folder: Path) -> int:
     return subprocess.run([sys.executable, "-m", "codespell_lib", *options, "."], cwd=folder, check=False).returncode
 
 
+def long_lines(files: Iterable[Path]) -> list[str]:
+    """Return a message for each line of a page with more than MOST_CHARACTERS characters, also in tables and code."""
+    return [
+        f"{place_of(path)}:{n}: the line has {len(line)} characters, more than {MOST_CHARACTERS}"
+        for path in files if path.suffix in PAGES
+        for n, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1) if len(line) > MOST_CHARACTERS
+    ]  # fmt: skip
+
+
 def place_of(path: Path) -> Path:
     """Return the path of a file relative to the project; only the name for a file outside the project."""
     path = path.resolve()
@@ -79,8 +92,12 @@ def place_of(path: Path) -> Path:
 
 def main(names: list[str]) -> int:
     """Search the files with these names, or all prose of the project; return the exit code."""
+    files = [*map(Path, names)] if names else all_prose()
+    long = long_lines(files)
+    for message in long:
+        print(message, flush=True)
     with tempfile.TemporaryDirectory() as folder:
-        return codespell(map(Path, names) if names else all_prose(), Path(folder))
+        return codespell(files, Path(folder)) or int(len(long) > 0)
 
 
 if __name__ == "__main__":

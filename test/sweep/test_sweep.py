@@ -140,6 +140,8 @@ def test_the_panel_of_an_area_is_the_share_of_rocks_that_reach_it(scene: Path) -
     shares = [figure_of(record, "reached", ("area", "road")) for record in found.records]
     assert panels["reached road (area)"].curves[0].values == [100.0 * (share.value or 0.0) for share in shares if share]
     assert "retained by road (area)" not in panels
+    zones = [title for title in panels if title.endswith(("berm_1", "floor"))]
+    assert list(panels).index("reached road (area)") < min(map(list(panels).index, zones))
 
 
 def test_the_picture_has_a_curve_for_each_combination_of_the_other_keys(scene: Path) -> None:

@@ -39,9 +39,11 @@ def height_warnings(scene: Scene, engine: Engine, frame: Frame) -> Iterator[str]
         if not len(least) or abs(np.median(least)) <= near:
             continue
         ground = elevation - straight
-        upside_down = "does z point down in the file or in the terrain"
-        other = "is the file or the terrain in another unit or datum, or does the source lie next to its crest"
-        why = upside_down if abs(np.median(elevation + ground)) <= near else other
+        is_mirrored = abs(np.median(elevation + ground)) <= near < abs(np.median(ground))
+        why = (
+            "does z point down in the file or in the terrain, or is one of them in another datum" if is_mirrored
+            else "is the file or the terrain in another unit or datum, or does the source lie next to its crest"
+        )  # fmt: skip
         median = float(np.median(straight))
         key = "line" if spec.line is not None else "points_file"
         most, middle = (three_figures(float(each)) for each in (np.abs(straight).max(), abs(median)))

@@ -14,7 +14,7 @@ from ending import load
 from never_green.campaign import NO_DEFECT, failures_of, verdicts, words_of
 from never_green.combination import CLEAN, SINGLE, drawn, run
 from never_green.defects import DEFECTS
-from never_green.guards import GUARDS, ROOT, table
+from never_green.guards import GUARDS, ROOT, listed
 from never_green.live import several
 from never_green.narrow import NARROW
 
@@ -69,8 +69,8 @@ def test_every_guard_stands_once_in_its_file_and_its_defects_exist():
         assert not guard.also or guard.also in {each.guard for each in GUARDS}
 
 
-def test_the_page_has_the_table_of_guards():
-    assert table() in PAGE.read_text(encoding="utf-8")
+def test_the_page_has_the_list_of_guards():
+    assert f"\n\n{listed()}\n\n" in PAGE.read_text(encoding="utf-8")
 
 
 @pytest.mark.long

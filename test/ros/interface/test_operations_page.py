@@ -64,7 +64,7 @@ def topics_in_code():
                     yield key.value, getattr(value, "id", None)
 
 
-def test_the_tables_of_parameters_are_those_of_the_code():
+def test_the_parameters_of_the_page_are_those_of_the_code():
     assert with_tables(PARAMETERS) == PARAMETERS, "run python docs/parameter_tables.py"
 
 
@@ -82,9 +82,9 @@ def test_every_documented_topic_is_in_the_code():
 
 
 def test_every_part_that_reports_its_health_is_documented():
-    table = DIAGNOSTICS.partition("## Diagnostics\n")[2].partition("\n## ")[0]
-    parts = re.findall(r"^\| `([a-z ]+)` \|", table, re.M)
-    assert len(parts) > 8, "the table must have been found"
+    section = DIAGNOSTICS.partition("## Diagnostics\n")[2].partition("\n## ")[0]
+    parts = re.findall(r"^- \*\*`([a-z ]+)`\*\*", section, re.M)
+    assert len(parts) > 8, "the list must have been found"
     for path in SOURCES:
         for node in ast.walk(ast.parse(path.read_text())):
             call = isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "set"
@@ -252,7 +252,7 @@ def test_every_file_that_the_pages_name_is_there():
 
 def test_every_fault_test_that_the_page_names_is_there():
     names = re.findall(r"`(\w+/test_\w+\.py)`", DIAGNOSTICS)
-    assert len(names) > 8, "the table must have been found"
+    assert len(names) > 8, "the list must have been found"
     for name in names:
         assert (ROOT / "test" / "ros" / name).is_file(), name
 

@@ -2,7 +2,7 @@
 
     PYTHONPATH=test/support:. python -m never_green.guards               all guards
     PYTHONPATH=test/support:. python -m never_green.guards 1.2 4         only guards whose line begins with 1.2 or 4
-    PYTHONPATH=test/support:. python -m never_green.guards --table       the table of docs/explanation/never-green.md
+    PYTHONPATH=test/support:. python -m never_green.guards --list        the list of docs/explanation/never-green.md
 
 A guard is a piece of code that prevents too low a level. It is removed by a change of exact text that occurs once in a
 file. `line` is the line of the safety argument that names the guard.
@@ -13,6 +13,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import textwrap
 from pathlib import Path
 from typing import NamedTuple
 
@@ -255,10 +256,16 @@ def first_failure(folder: Path, kinds: str) -> str:
     return next((line for line in done.stdout.splitlines() if line.startswith("seed ")), "")
 
 
-def table() -> str:
-    """Return the guards as a table in Markdown."""
-    rows = [f"| {one.line} | {one.guard} | `{one.file}` | {one.also or '-'} |" for one in GUARDS]
-    return "\n".join(["| line | guard | file | second guard that is also removed |", "|---|---|---|---|", *rows])
+def listed() -> str:
+    """Return the guards as a list in Markdown: line of the argument, guard, file, guard that is also removed."""
+    items = [
+        f"- **{one.line}** {one.guard}: `{one.file}`." + (f" Also removed: {one.also}." if one.also else "")
+        for one in GUARDS
+    ]
+    return "\n".join(
+        textwrap.fill(item, 120, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
+        for item in items
+    )
 
 
 def main(chosen: list[str], folder: Path) -> int:
@@ -278,8 +285,8 @@ def main(chosen: list[str], folder: Path) -> int:
 
 
 if __name__ == "__main__":
-    if sys.argv[1:] == ["--table"]:
-        print(table())
+    if sys.argv[1:] == ["--list"]:
+        print(listed())
     else:
         with tempfile.TemporaryDirectory() as name:
             sys.exit(main(sys.argv[1:], Path(name)))
