@@ -24,10 +24,10 @@ STATISTICAL_HEADER = (
 PARAMETRIC_HEADER = ("parametric: sets of the unknowns", "map error", "shares, range", "s / 1,000 rocks")
 SPEND = {
     "numerical": "use exact contacts, or a finer step or accuracy",
-    "geometric": "a finer survey brings most",
-    "statistical": "more rocks bring most",
-    "parametric": "a calibration (`rpf3d calibrate`) or narrower ranges bring most; neither rocks nor a finer survey "
-    "replace it",
+    "geometric": "a finer survey reduces the total most",
+    "statistical": "more rocks reduce the total most",
+    "parametric": "a calibration (`rpf3d calibrate`) or narrower ranges reduce this error most; neither rocks nor a "
+    "finer survey replace it",
 }
 """Advice on how to reduce the largest error, by the name of the error."""
 NOTE = (

@@ -38,7 +38,11 @@ def audit(
 
 
 def _print(found: "Audit") -> None:
-    """Print an audit: the changes of alert level as a table, then notes, findings and the verdict."""
+    """Print an audit: a table of decisions, then the notes, the findings (to stderr) and the verdict.
+
+    The table has the first decision, each decision that changed a level, the alarm, the faults or the waiting
+    acknowledgements, and each decision with an acknowledgement (`Audit.changes`).
+    """
     if found.changes:
         print_table(HEADER, [_row(change) for change in found.changes])
     for note in found.notes:

@@ -191,11 +191,14 @@ def _goes_elsewhere(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> 
 def _comes_over(facets: Facets, f: int, arc: Arc, side: float) -> bool:
     """Return True if a rock at the edge of facet f moves onto facet f.
 
-    For upward facets the direction in plan decides. In plan the facets around a vertex have no gap and no overlap, so
-    every direction leads onto one of these facets. If the direction were projected at right angles onto each facet, it
-    might lead onto none of them, and the rock would fall between the facets. A wall has no area in plan, so for a wall
-    the projection at right angles decides. The result is also True for a rock at rest, and for a rock that moves
-    straight into facet f.
+    If the side of facet f on which the rock is faces up, the rock's direction of motion in plan decides. In plan the
+    facets around a vertex have no gap and no overlap, so every direction leads onto one of these facets. If the
+    direction were projected at right angles onto each facet, it might lead onto none of them, and the rock would fall
+    between the facets. A wall has no area in plan, so for a wall or an overhang the projection at right angles decides.
+
+    The result is also True for a rock at rest, and for a rock that moves straight into facet f (vertically, if the
+    facet faces up). In the second and the last search (`search.py`), it is also True for a rock that moves along an
+    edge of facet f, at most a crack's width outside the facet (`_goes_beside`).
 
     side : side of facet f on which the rock is, as in `Contact`
     """

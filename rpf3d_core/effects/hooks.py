@@ -266,7 +266,7 @@ def at_obstacle(effect: object, motion: Motion, number: int, met: int, rock: Roc
 
 @at_obstacle.otherwise
 def past_it(effect: object, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
-    """Return the result of a rock that moves on unchanged, because the effect has no obstacles."""
+    """Return the motion unchanged and the outcome MOVING: the effect has no obstacles (default of `at_obstacle`)."""
     return AfterObstacle(motion=motion, outcome=MOVING, facet=-1)
 
 

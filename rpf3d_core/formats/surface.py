@@ -28,7 +28,7 @@ class FileMesh(NamedTuple):
     zones : names of the layers or surfaces of the file, which become zones
     remarks : sentences on content of the file that was not read, and on assumptions of the reader
     crs : the coordinate reference system that the file states; None if it states none
-    unit : unit of the points that the file states, a key of `units.LENGTHS`; None if it states metres or no unit
+    unit : unit of the points that the file states, a key of `units.LENGTHS`; None if it states no unit
     """
 
     points: NDArray[Any]

@@ -67,11 +67,12 @@ def gully(n_first: Vec, n_second: Vec, direction: Vec, gravity: float) -> Gully:
 
 @kernel
 def line_between(facets: Facets, first: int, second: int, x: Vec, v: Vec) -> Vec:
-    """Return the unit direction (3,) in which a rock at x (m) with velocity v (m/s) moves along the line of two facets.
+    """Return the unit direction (3,) in which a rock at x (m) with velocity v (m/s) moves along a gully of two facets.
 
-    The line is parallel to the cross product of the normals. For two facets that are almost one plane, the line is an
-    edge of the first facet near x, along which the rock can move on over both facets. The result is (0, 0, 0) if there
-    is no such edge. The direction points along v, or downwards if v has no component along the line.
+    The gully is parallel to the cross product of the normals. If the two facets lie almost in one plane, an edge of the
+    first facet near x takes the place of the gully. The rock must be able to move on along this edge over both facets;
+    if there is no such edge, the result is (0, 0, 0). The direction points along v, or downwards if v has no component
+    along the gully.
 
     first, second : numbers of the facets
     """

@@ -21,7 +21,7 @@ class RigidBody(NamedTuple):
 
     @property
     def asks_rock(self) -> bool:
-        """Always True, because the motion of a body depends on the size of its rock."""
+        """True: the rules for bodies need the mass and the radius of the rock (`simulation.engines.Models`)."""
         return True
 
     @property

@@ -99,11 +99,11 @@ def rolling_piece(v: Vec, slip: Vec, n: Vec, g_t: Vec, push: float, surface: Sur
 
 @kernel
 def _turning_time(v: Vec, a: Vec, radius: float) -> float:
-    """Return the time (s) until a velocity v (m/s), at constant acceleration a (m/s^2), is zero or has turned by TURN.
+    """Return the time (s) until a velocity v (m/s), at constant acceleration a (m/s^2), is zero or has turned too far.
 
-    TURN is 3.6 degrees. The result is inf if the velocity never turns so far and never becomes zero. The result is also
-    inf for a sphere so slow that the acceleration could stop it within BACK (0.001) times its radius (m): the velocity
-    of such a sphere may turn by any angle in one segment.
+    Too far is 3.6 degrees, the angle whose tangent is TURN. The result is inf if the velocity never turns so far and
+    never becomes zero. The result is also inf for a sphere so slow that the acceleration could stop it within BACK
+    (0.001) times its radius (m): the velocity of such a sphere may turn by any angle in one segment.
     """
     speed, pull = norm(v), norm(a)
     if speed * speed <= 2.0 * BACK * radius * pull:

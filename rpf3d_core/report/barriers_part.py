@@ -3,19 +3,24 @@
 from collections.abc import Iterator
 from typing import Any
 
+from rpf3d_core.ensemble.statistics import share_of
 from rpf3d_core.report.elements import Element, Heading, Table, Text
 from rpf3d_core.report.words import Words, given, height, interval, kilojoules, share_cells
 
 BOTH = ("95 % predictive", "95 % sampling")
 SHARES = {
+    "reached": "came",
     "caught": "caught in the end",
     "first_broken_through": "first broken through",
     "first_flown_over": "first flown over",
 }
 """Label of each share of the rocks that reached a barrier, by its name in summary.json."""
 NOTE = (
-    "Shares are of the rocks that reached the barrier; energies and heights are those of their first arrivals. The "
-    "largest energy is that of the simulated rocks: other rocks may have a larger one."
+    "Shares are of the rocks that reached the barrier, except `came`, a share of all rocks: rocks that pass beside its "
+    "ends do not reach it. Each rock meets an undamaged barrier. With `measured_at: centre`, the default, a rock is "
+    "caught if its centre is not above the panel, although its top may be; `measured_at: top` is stricter. Energies "
+    "and heights are those of first arrivals. The largest energy is that of the simulated rocks: other rocks may have "
+    "a larger one."
 )
 SAMPLING_ONLY = (
     "A sampling interval includes only the uncertainty due to the number of rocks, not that of the ground. Do not use "
@@ -29,14 +34,14 @@ OF_WORST = (
 LEAVES_OUT = "Predictive intervals at barriers leave out the misfit of the model."
 
 
-def barriers_part(barriers: dict[str, Any]) -> Iterator[Element]:
+def barriers_part(barriers: dict[str, Any], rocks: int) -> Iterator[Element]:
     """Yield the heading, tables and notes on what rocks did at the barriers of the scene.
 
-    barriers : the section `barriers` of summary.json
+    barriers : the section `barriers` of summary.json; rocks : number of rocks flown
     """
-    shown = {name: worst_of(found) for name, found in barriers.items()}
+    shown = {name: worst_of(found, rocks) for name, found in barriers.items()}
     yield Heading("Barriers of the scene", 3)
-    yield Table(("barrier", "came", "", "share", *BOTH), [
+    yield Table(("barrier", "rocks", "", "share", *BOTH), [
         ["" if number else name, "" if number else f"{found['came']:,}", f"{label}{from_of(found[did])}",
          *share_cells(found[did])]
         for name, found in shown.items() for number, (did, label) in enumerate(SHARES.items())
@@ -57,14 +62,14 @@ def barriers_part(barriers: dict[str, Any]) -> Iterator[Element]:
         yield Text(LEAVES_OUT, quiet=True)
 
 
-def worst_of(found: dict[str, Any]) -> dict[str, Any]:
+def worst_of(found: dict[str, Any], rocks: int) -> dict[str, Any]:
     """Return the section of a barrier with its worst figures, each of the source that is worst for this figure.
 
-    Without `worst_source` in the section, as in a scene with a single source, the section is returned unchanged.
+    `reached`, the share of all rocks flown that came to the barrier, is added if the section does not have it.
 
-    found : section of the barrier in summary.json
+    found : section of the barrier in summary.json; rocks : number of rocks flown
     """
-    return {**found, **found.get("worst_source", {})}
+    return {"reached": share_of(found["came"], rocks), **found, **found.get("worst_source", {})}
 
 
 def from_of(figure: dict[str, Any]) -> str:

@@ -16,7 +16,7 @@ from rpf3d_core.report.changed_inputs import changed_inputs
 from rpf3d_core.report.distances_part import distances_part, further_faces
 from rpf3d_core.report.draped_map import FEW, caption_of
 from rpf3d_core.report.elements import Bullets, Element, Heading, Picture, SignOff, Table, Text, View, Warnings
-from rpf3d_core.report.fences_part import fences_part, from_source
+from rpf3d_core.report.fences_part import barriers_on_faces, fences_part, from_source
 from rpf3d_core.report.inputs_part import inputs_part
 from rpf3d_core.report.run_files import HazardGrid, RunFiles, read_hazard
 from rpf3d_core.report.section import CriticalSection, critical_section
@@ -184,6 +184,8 @@ def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
     elif missing:
         yield (f"{missing:,} of {of:,} rocks are in no figure of distances beyond the toe, because no face steeper "
                f"than {STEEP:g} degrees and {LOWEST:g} m high ends below their release.")  # fmt: skip
+    for words in barriers_on_faces(run):
+        yield f"No fence can be built there: {words}."
     if unstopped := run.unstopped:
         number, broken = sum(unstopped.values()), run.ended(Outcome.FRAGMENTED)
         most_first = sorted(unstopped, key=lambda outcome: -unstopped[outcome])
@@ -222,7 +224,8 @@ def _answer(run: RunFiles, toes: SourceToes) -> list[Element]:
         if most := area.get("reached_at_most"):
             rows.append([f"{AT_MOST}: rocks that reach the area {name} or were lost to holes", *share_cells(most)])
     for name, barrier in run.summary.get("barriers", {}).items():
-        found = worst_of(barrier)
+        found = worst_of(barrier, run.summary["rocks"])
+        rows.append([f"rocks that come to {name}{from_of(found['reached'])}", *share_cells(found["reached"])])
         rows += [[f"{words.format(name)}, of the rocks that reached it{from_of(found[did])}", *share_cells(found[did])]
                  for did, words in AT_BARRIERS.items()]  # fmt: skip
     retained = {name: bench for name, bench in _worst(run, "benches").items() if bench["reached"]["rocks"]}

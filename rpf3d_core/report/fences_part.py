@@ -93,8 +93,8 @@ def fences_part(
         yield from with_barriers(run)
         yield from _fence_tables(run, places, choices)
     if run.summary.get("barriers"):
-        yield from barriers_part(run.summary["barriers"])
-    if steep := _on_faces(footings_of_barriers(run)):
+        yield from barriers_part(run.summary["barriers"], run.summary["rocks"])
+    if steep := barriers_on_faces(run):
         yield Text(f"No fence can be built where the ground is steeper than {BUILDABLE:g} degrees: {'; '.join(steep)}.")
 
 
@@ -167,10 +167,8 @@ def _ground(footing: Footing) -> str:
     return slope if footing.steep < SLIGHT else f"{slope}; {in_percent(footing.steep, 0)} % on a face"
 
 
-def _on_faces(footings: dict[str, Footing]) -> list[str]:
-    """Return a clause for each barrier that stands on a face with at least the share SLIGHT of its line.
-
-    footings : the ground along each barrier, by name of the barrier
-    """
+def barriers_on_faces(run: RunFiles) -> list[str]:
+    """Return a clause for each barrier that stands on a face with at least the share SLIGHT of its line."""
+    footings = footings_of_barriers(run).items()
     return [f"the barrier {name} is on a face for {in_percent(footing.steep, 0)} % of its line"
-            for name, footing in footings.items() if footing.steep is not None and footing.steep >= SLIGHT]  # fmt: skip
+            for name, footing in footings if footing.steep is not None and footing.steep >= SLIGHT]  # fmt: skip

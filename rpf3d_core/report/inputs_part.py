@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from rpf3d_core.ensemble.outward import three_figures
+from rpf3d_core.formats.units import METRE
 from rpf3d_core.report.elements import Element, Heading, Table, Text
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.words import UNKNOWN, given
@@ -96,16 +97,23 @@ def _parameters(run: RunFiles, what: str, path: str, values: dict[str, Any]) -> 
         if value is not None:
             at = f"{path}.{key}"
             shown = f"{key} {_range(run, at) or given(value)}".strip()
-            yield what, shown, "stated in the scene, or a default of the class" if own else _source_of(run, at)
+            parts = isinstance(value, list) and any(isinstance(item, dict) for item in value)
+            default = "a default of the class" if own else "a default of rpf3d"
+            yield what, shown, f"stated in the scene, or {default}" if own or parts else _source_of(run, at)
 
 
 def _terrain(spec: dict[str, Any], facts: dict[str, Any]) -> str:
-    files = ", ".join(file["path"] for file in spec["files"] or ()) or _made(spec)
+    files = ", ".join(f"{file['path']}{_read_in(file)}" for file in spec["files"] or ()) or _made(spec)
     berms = "".join(f"; berm {berm['name']} {given(berm['height'])} m high" for berm in spec["berms"])
     holes = facts["faults"].get("holes", 0)
     closed = facts["faults"].get("closed_seams", 0)
     seams = f", {closed:,} {'seam' if closed == 1 else 'seams'} closed" if closed else ""
     return f"{files}: {facts['triangles']:,} triangles, {holes:,} {'hole' if holes == 1 else 'holes'}{seams}{berms}"
+
+
+def _read_in(file: dict[str, Any]) -> str:
+    """Return the unit in which a terrain file is read as text, such as " (read in ft)"; "" for metres."""
+    return f" (read in {file['unit']})" if file.get("unit") not in (None, METRE) else ""
 
 
 def _made(spec: dict[str, Any]) -> str:

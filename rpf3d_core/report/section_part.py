@@ -44,7 +44,8 @@ def section_part(run: RunFiles, toes: SourceToes, section: CriticalSection | Non
     yield Text(f"The section goes through E {east:,.1f}, N {north:,.1f}, where the rock started that stopped farthest "
                f"from its release (rock {rock} of source {source}, runout {metres(section.runout)}). Its "
                f"azimuth, {whole_degrees(section.azimuth)}, is the mean of the rocks that start there. It shows the "
-               f"paths in a strip of {section.width:.0f} m{known}.{'' if known else UNKNOWN_PATH}")  # fmt: skip
+               f"paths in a strip of {section.width:.0f} m{known}, projected onto the section: a path that "
+               f"enters or leaves the strip begins or ends there.{'' if known else UNKNOWN_PATH}")  # fmt: skip
     if words := words_on_obliquity(section):
         yield Text(words)
     if unstopped := sum(run.unstopped.values()):
@@ -59,7 +60,7 @@ def section_part(run: RunFiles, toes: SourceToes, section: CriticalSection | Non
                   f"that pass a distance, with {intervals}.")  # fmt: skip
     if elsewhere:
         yield Text(f"Barriers of the scene that the picture leaves out: {', '.join(elsewhere)}. They do not cross the "
-                   "section, or the file of their line is no longer there.", quiet=True)  # fmt: skip
+                   "section, or the file of their line cannot be read any more.", quiet=True)  # fmt: skip
 
 
 def words_on_obliquity(section: CriticalSection) -> str:

@@ -71,9 +71,9 @@ NEVER_BELOW_0: tuple[Words, ...] = (height, kilojoules)
 def interval(ends: Ends, words: Words) -> str:
     """Return an interval as text, rounded outward; if only one end is known, "at least ..." or "at most ...".
 
-    An end with the text FARTHER counts as an end that is not known. If no end is known, the result is the text of the
-    lower end: UNKNOWN or FARTHER. A lower end of 0 of a height or an energy is no information, because neither can be
-    below 0: without an upper end, the result is then UNKNOWN. A distance beyond the toe (`metres`) can be below 0.
+    A lower end with the text FARTHER counts as an end that is not known. If no end is known, the result is the text of
+    the lower end: UNKNOWN or FARTHER. A lower end of 0 of a height or an energy is no information, because neither can
+    be below 0: without an upper end, the result is then UNKNOWN. A distance beyond the toe (`metres`) can be below 0.
 
     ends : lower and upper end, None for an unknown end, or None if both are unknown
     words : function that turns a number into text with its unit, such as `metres`
@@ -83,7 +83,7 @@ def interval(ends: Ends, words: Words) -> str:
     low, high = words(ends[0], LOW), words(ends[1], HIGH)
     if low in (UNKNOWN, FARTHER):
         return low if high in (UNKNOWN, FARTHER) else f"at most {high}"
-    if high not in (UNKNOWN, FARTHER):
+    if high != UNKNOWN:
         return f"{low} to {high}"
     return UNKNOWN if words in NEVER_BELOW_0 and low == words(0.0, LOW) else f"at least {low}"
 
@@ -98,6 +98,10 @@ def share_cells(found: dict[str, Any]) -> list[str]:
     return [share(found["share"]), share_interval(found.get("predictive")), share_interval(sampling_of(found))]
 
 
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
 def given(value: Any) -> str:
     """Return a value of a scene as text, for example a number, a distribution or a list."""
     if isinstance(value, bool) or value is None:
@@ -107,5 +111,5 @@ def given(value: Any) -> str:
     if isinstance(value, dict):
         return ", ".join(f"{key} {given(item)}" for key, item in value.items() if item is not None)
     if isinstance(value, list):
-        return f"[{', '.join(given(item) for item in value)}]"
+        return f"[{', '.join(f'{item:.10g}' if _is_number(item) else given(item) for item in value)}]"
     return str(value)

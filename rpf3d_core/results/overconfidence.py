@@ -33,7 +33,15 @@ A cell has few rocks if fewer than 20 rocks reached it.
 NOTABLE = 0.5
 """A sentence is shown if the misfit of the calibration (m) is at least this large."""
 MANY_LEFT = 0.01
-"""A sentence is shown if more than this share (-) of the rocks flew past the edge of the terrain."""
+"""A sentence is shown if more than this share (-) of the rocks flew past the edge of the terrain, or did not finish."""
+UNFINISHED = {
+    Outcome.MAX_TIME: "were still moving at `max_time`",
+    Outcome.MAX_IMPACTS: "reached `max_impacts`",
+    Outcome.UNRESOLVED_CONTACT: "were still in motion when their bounces had died out",
+    Outcome.FAILED: "failed",
+    Outcome.FELL_THROUGH: "were found below the ground, a fault of rpf3d",
+}
+"""Words for outcomes of rocks that end before they stop or leave the terrain."""
 SIDE, PARTS = 25.0, 40
 """Smallest width (m) of the squares in which rocks that left the terrain are counted, to name one place.
 
@@ -73,8 +81,8 @@ MISFIT_LEFT_OUT_AT_BARRIERS = "the misfit of the model, because paths at barrier
 def surer_than_it_may_be(run: Run) -> list[str]:
     """Return the reasons why the results of a run look more certain than they are, as sentences; [] without reasons."""
     return [
-        *_of_the_ground(run), *_of_the_edge(run), *_of_places(run), *_of_areas(run), *_of_barriers(run),
-        *_of_paths(run), *_of_releases(run), *_of_cells(run), *_of_energies(run),
+        *_of_the_ground(run), *_of_the_edge(run), *_of_the_unfinished(run), *_of_places(run), *_of_areas(run),
+        *_of_barriers(run), *_of_paths(run), *_of_releases(run), *_of_cells(run), *_of_energies(run),
     ]  # fmt: skip
 
 
@@ -173,8 +181,16 @@ def _of_the_edge(run: Run) -> Iterator[str]:
     x, *middle, last = frame.points_to_input(place).tolist()
     where = f"E {x:,.0f}, N {middle[0]:,.0f}" if frame.up == "z" else f"x {x:,.0f}, z {last:,.0f}"
     yield (f"{left:,} of {rocks:,} rocks flew past the edge of the terrain, so nothing is known about where they stop; "
-           f"most of all ({in_percent(share, 0)} % of them) near {where}. Take a terrain that reaches farther "
-           "there")  # fmt: skip
+           f"{in_percent(share, 0)} % of them did near {where}. Take a terrain that reaches farther")  # fmt: skip
+
+
+def _of_the_unfinished(run: Run) -> Iterator[str]:
+    """Yield a sentence on each outcome of many rocks that did not stop, and did not leave the terrain either."""
+    rocks = run.totals.rocks
+    for outcome, words in UNFINISHED.items():
+        if (number := run.totals.outcomes[outcome]) > MANY_LEFT * rocks:
+            yield (f"{number:,} of {rocks:,} rocks {words}: they may go on, so shares of rocks that reach zones and "
+                   "areas may be too small")  # fmt: skip
 
 
 def busiest_place(points: FloatArray, side: float) -> tuple[FloatArray, float]:

@@ -190,12 +190,13 @@ def _remarks(file: TerrainFile, surface: FileMesh) -> Iterator[str]:
     yield from surface.remarks
     if lost := lost_precision(file.path, surface, LENGTHS[file.unit or METRE][1]):
         yield lost
-    if surface.unit and file.unit != surface.unit:
+    if surface.unit and (file.unit or METRE) != surface.unit:
         name, used = LENGTHS[surface.unit][0], LENGTHS[file.unit or METRE][0]
+        advice = f"give the file `unit: {surface.unit}` (`rpf3d new`: --unit {surface.unit})"
         yield (
             f"{file.path.name}: states that it is in {name}, and is read in {used}; templates often have a wrong unit, "
-            f"so compare the extents: if it is in {name}, give the file `unit: {surface.unit}` (`rpf3d new`: --unit "
-            f"{surface.unit})"
+            f"so compare the extents: if it is in {name}, "
+            f"{f'leave out its `unit: {file.unit}`' if surface.unit == METRE else advice}"
         )
 
 

@@ -92,7 +92,7 @@ def _mesh(path: Path) -> FileMesh:
 
 def _unit_findings(mesh: FileMesh) -> Iterator[str]:
     """Yield a finding if the file of a mesh states a unit other than metres."""
-    if mesh.unit is not None:
+    if mesh.unit not in (None, METRE):
         yield f"the file states that it is in {LENGTHS[mesh.unit][0]}; converted to metres"
 
 

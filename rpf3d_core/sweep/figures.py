@@ -71,16 +71,16 @@ def _percentile(run: Run, what: tuple[str, str, str], sample: Sample) -> Figure:
 
 
 def _without_far_ends(run: Run, runout: Figure) -> Figure:
-    """Return the figure of the p95 runout; value and upper ends become None if too many rocks did not stop.
+    """Return the figure of the p95 runout, with None in place of the value and the upper ends that are not known.
 
-    The p95 runout is computed from the rocks that stopped. Most rocks that did not stop went on beyond the terrain. If
-    more than 5 % of the rocks did not stop, these rocks determine the p95 runout of all rocks, so the value is unknown.
-    If fewer rocks did not stop, the value is known, but it is smaller than the p95 runout of all rocks would be
-    (`tables.STOPPED_NOTE`).
+    The p95 runout is computed from the rocks that stopped. The other rocks are assumed to have gone farther, because
+    most of them left the terrain. If more than 5 % of all rocks did not stop, the p95 runout of all rocks is unknown,
+    and the value is None. If 5 % or fewer did not stop, the value stays, although the p95 runout of all rocks may be
+    larger (`tables.STOPPED_NOTE`).
 
-    The upper end of an interval is unknown if the interval of the share of rocks that did not stop reaches above 5 %.
-    The interval of this share is not widened by `unknowns.predictive.least_end`, because most runouts would then be
-    unknown.
+    The upper end of an interval is None if the interval of the share of rocks that did not stop reaches above 5 %. The
+    predictive interval of this share is taken without the widening for rare rocks (`unknowns.predictive.least_end`),
+    because with the widening most upper ends would be None.
 
     runout : figure of the p95 runout of the rocks that stopped
     """

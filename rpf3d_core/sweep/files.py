@@ -66,13 +66,19 @@ def write_sweep(folder: Path, varied: Sequence[Varied], cells: Sequence[Cell], r
     from rpf3d_core.results.plots.sweep import write_curves  # the import of matplotlib takes most of a second
 
     keys, scene = [one.key for one in varied], cells[0].scene
-    title = f"{scene_name(scene.path)}: {len(cells)} cells of about {records[0].rocks:,} rocks, seed {scene.seed}"
+    title = f"{scene_name(scene.path)}: {len(cells)} cells of {_rocks(records)} rocks, seed {scene.seed}"
     try:
         write_csv(folder / TABLE, [*keys, *CSV_COLUMNS], csv_rows(cells, records))
         axis = f"{key_in_words(keys[0]).label}\n{keys[0]}"
         write_curves(folder / PICTURE, title, axis, panels_of(varied, cells, records))
     except OSError as fault:
         raise InputError(f"{folder}: could not be written ({fault.strerror or fault})") from fault
+
+
+def _rocks(records: Sequence[CellRecord]) -> str:
+    """Return the number of rocks of a cell as text; of cells with different numbers, the smallest and the largest."""
+    least, most = min(record.rocks for record in records), max(record.rocks for record in records)
+    return f"{least:,}" if least == most else f"{least:,} to {most:,}"
 
 
 def panels_of(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[Panel]:

@@ -6,6 +6,7 @@ from typing import Any
 from rpf3d_core.ensemble.outward import interval_as, three_figures
 from rpf3d_core.hazard.benches import (
     AREA,
+    CAUGHT_COUNT,
     SHORT,
     UNKNOWN_END,
     ZONE,
@@ -27,7 +28,7 @@ from rpf3d_core.sweep.figures import (
     Figure,
 )
 from rpf3d_core.sweep.flying import CellRecord
-from rpf3d_core.values import UNSTOPPED
+from rpf3d_core.values import UNSTOPPED, Outcome
 
 CSV_COLUMNS = ("cell", "rocks", *Figure._fields)
 """Columns of sweep.csv after those of the keys; `cell` is the name of the cell's result folder."""
@@ -129,6 +130,7 @@ def notes_of(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
     """
     brackets = _on_brackets(cells, records)
     notes = [f"reached: of all rocks; retained: of the rocks that reached the place; in brackets {brackets}"]
+    notes += [CAUGHT_COUNT] if any(_has_caught(record) for record in records) else []
     notes += [WORST_NOTE] if any(len(cell.scene.sources) > 1 for cell in cells) else []
     notes += [COMMON.format(seed=cells[0].scene.seed)] if are_alike(cells) else []
     printed = [figure for record in records for figure in record.figures if _is_printed(figure)]
@@ -137,6 +139,12 @@ def notes_of(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
     notes += [STOPPED_NOTE.format(share=in_percent(left_out, 2))] if left_out else []
     open_ends = any((one.sampling_low is None) != (one.sampling_high is None) for one in printed)
     return [*notes, f"`{UNKNOWN_END}`: too few rocks determine this end of an interval"] if open_ends else notes
+
+
+def _has_caught(record: CellRecord) -> bool:
+    """Return True if barriers caught rocks of a cell."""
+    caught = figure_of(record, Outcome.CAUGHT.name.lower())
+    return caught is not None and bool(caught.value)
 
 
 def _left_out(record: CellRecord) -> float:

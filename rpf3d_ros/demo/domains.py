@@ -1,4 +1,7 @@
-"""Reserve a ROS domain for one process, so that a demo, measurement or test receives only messages of its own nodes."""
+"""Reserve a ROS domain for one process, so that demos, measurements and tests of rpf3d on one machine stay separate.
+
+A lock on a file reserves the domain. A program that does not use these locks may still use the same domain.
+"""
 
 import fcntl
 import itertools

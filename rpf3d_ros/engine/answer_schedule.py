@@ -136,7 +136,11 @@ class AnswerSchedule:
         return next((each for each in self._interrupted if any(each is one for one in others)), None)
 
     def _in_turn(self) -> list[Trigger]:
-        """Return all triggers to answer again, in order: first triggers that still wait since an earlier change."""
+        """Return all triggers to answer again, in the order in which they are answered.
+
+        First come the triggers that still wait since an earlier change of the terrain or the areas, then the other
+        triggers, the newest last.
+        """
         every = self._kept()
         return [*self._again, *(trigger for trigger in every if not any(trigger is each for each in self._again))]
 

@@ -311,11 +311,12 @@ class Station:
             self.desk.miss(BY_HAND, self._outlets.now())
 
     def clock_went_back(self, seconds: float) -> None:
-        """Accept messages with stamps from after a step back of the clock, but no older messages.
+        """Accept messages with stamps from after a step back of the clock, and still refuse messages from before it.
 
-        The method is called while the node is not active, too. If the step is longer than the time by which stamps may
-        be ahead of the clock, the stamps of the inputs in use may be in the future. The stamps then no longer show
-        which message is newer, so these inputs must be published again, as after a pause.
+        The method is also called while the node is not active. If the step is longer than the time by which stamps may
+        be ahead of the clock, the stamps of areas and patches in use may be in the future, and do not show which
+        message is newer. Faults then last until the areas with limits and, if patches are known, the whole terrain are
+        published again.
 
         seconds : length of the step (s)
         """

@@ -41,9 +41,11 @@ class FramesOnArrival:
         return self._when_known(lambda: self._frames.of(frame_id, stamp_ns))
 
     def static(self, frame_id: str, because: str) -> MapFrame:
-        """Return the map frame that converts data without a time, such as a mesh; wait as in `of`.
+        """Return the map frame that converts data without a time, such as a mesh.
 
-        frame_id, because : as in `InputFrames.static`
+        The method waits for the first transforms if the calling thread may wait.
+
+        frame_id : frame of the data, which must be static; because : the reason for this, for the error message
 
         Raises MessageRefused, as in `InputFrames.static`.
         """

@@ -46,7 +46,7 @@ def test_faces_of_a_dxf_keep_their_digits_and_layers(tmp_path):
     mesh = read_surface(write_dxf(tmp_path / "pit.dxf", SITE, TRIANGLES))
     assert np.array_equal(corners_of(mesh), SITE[TRIANGLES])
     assert zone_names(mesh) == ["wall", "floor"] * (len(TRIANGLES) // 2)
-    assert (mesh.remarks, mesh.unit) == ((), None)
+    assert (mesh.remarks, mesh.unit) == ((), "m")
 
 
 def test_mesh_polyface_grid_and_closed_polylines_of_a_dxf_are_read_and_the_rest_is_counted(tmp_path):
@@ -114,6 +114,18 @@ def test_the_unit_of_a_dxf_is_reported_and_converted_only_if_the_scene_asks(tmp_
     assert np.abs(terrain.frame.points_to_input(terrain.vertices)[:, 0]).max() == pytest.approx(8.0)
 
 
+def test_a_drawing_in_metres_that_is_read_in_feet_is_reported(tmp_path):
+    """All lengths and falls would be a third of the true ones, and the energies would look safe."""
+    pytest.importorskip("ezdxf", reason=EZDXF)
+    scene = scene_of(write_dxf(tmp_path / "pit.dxf", VERTICES, TRIANGLES))
+    assert read_terrain(scene)[1].remarks == ()
+    told = scene.terrain.files[0].model_copy(update={"unit": "ft"})
+    _, faults = read_terrain(scene.model_copy(update={"terrain": scene.terrain.model_copy(update={"files": (told,)})}))
+    (remark,) = faults.remarks
+    assert remark.startswith("pit.dxf: states that it is in metres, and is read in feet")
+    assert remark.endswith("if it is in metres, leave out its `unit: ft`")
+
+
 def test_layers_are_zones_unless_the_scene_names_one_and_the_digest_knows(tmp_path):
     pytest.importorskip("ezdxf", reason=EZDXF)
     path = write_dxf(tmp_path / "pit.dxf", SITE, TRIANGLES)
@@ -130,7 +142,7 @@ def test_layers_are_zones_unless_the_scene_names_one_and_the_digest_knows(tmp_pa
 def test_landxml_is_northing_first_with_surfaces_as_zones_and_its_reference_system(tmp_path):
     mesh = read_surface(write_landxml(tmp_path / "pit.xml", SITE, TRIANGLES))
     assert np.array_equal(corners_of(mesh), SITE[TRIANGLES])
-    assert (mesh.zones, mesh.crs, mesh.unit) == (("topo",), "EPSG:32719", None)
+    assert (mesh.zones, mesh.crs, mesh.unit) == (("topo",), "EPSG:32719", "m")
     text = (tmp_path / "pit.xml").read_text()
     hidden = text.replace("<F>", '<F i="1">', 3).replace('linearUnit="meter"', 'linearUnit="USSurveyFoot"')
     (tmp_path / "hidden.xml").write_text(hidden)

@@ -255,11 +255,12 @@ def test_unknown_ends_are_named() -> None:
     assert height(1e9) == UNKNOWN and metres(1e9) == "farther than known"
     assert interval((1.2, None), height) == "at least 1.2 m"
     assert interval((1.2, 1e9), height) == "at least 1.2 m"
+    assert interval((1.2, 1e9), metres) == "1.2 m to farther than known"
     assert interval((0.0, None), height) == interval((0.04, 1e9), height) == UNKNOWN, "a height is never below 0"
     assert interval((0.0, None), kilojoules) == UNKNOWN, "an energy is never below 0"
-    for end in (None, 1e9):
-        assert interval((0.0, end), metres) == "at least 0.0 m", "a rock may stop before the toe, at less than 0 m"
-        assert interval((-0.5, end), metres) == "at least -0.5 m"
+    for end, words in ((None, "at least {} m"), (1e9, "{} m to farther than known")):
+        assert interval((0.0, end), metres) == words.format("0.0"), "a rock may stop before the toe, at less than 0 m"
+        assert interval((-0.5, end), metres) == words.format("-0.5")
     assert interval((None, 3.0), height) == "at most 3.0 m"
     assert interval((None, None), height) == UNKNOWN
     assert interval((1.0, 2.0), height) == "1.0 m to 2.0 m"

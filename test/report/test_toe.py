@@ -109,7 +109,7 @@ def test_rocks_that_did_not_stop_are_farther_than_all_others() -> None:
     assert figure.value is not None and figure.value > FAR
     assert metres(figure.value) == FARTHER
     assert [interval(ends, metres) for ends in ((BEYOND, BEYOND), (41.26, BEYOND), (None, BEYOND))] == [
-        FARTHER, "at least 41.2 m", UNKNOWN,
+        FARTHER, "41.2 m to farther than known", UNKNOWN,
     ]  # fmt: skip
     inner = held_beyond(beyond, 0, 75).value
     assert inner == pytest.approx(20.0 - TOE, abs=STEP)

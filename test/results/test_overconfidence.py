@@ -12,10 +12,19 @@ from terrain_files import grid, write_binary_stl
 
 import rpf3d_core as rpf3d
 from rpf3d_core.ensemble.flights import Deposits
-from rpf3d_core.results.overconfidence import _of_the_edge, behind_a_crest, busiest_place, surer_than_it_may_be
+from rpf3d_core.results.overconfidence import (
+    _of_the_edge,
+    _of_the_unfinished,
+    behind_a_crest,
+    busiest_place,
+    surer_than_it_may_be,
+)
 from rpf3d_core.terrain.frame import Frame
 from rpf3d_core.unknowns.parameter_sets import parameter_sets, write_parameter_sets
-from rpf3d_core.values import Outcome
+from rpf3d_core.values import UNSTOPPED, Outcome
+
+NAMED_ELSEWHERE = (Outcome.LEFT_TERRAIN, Outcome.LOST_TO_HOLE)
+"""Outcomes that other sentences and warnings are on."""
 
 SCENE = """\
 terrain: {files: [{path: slope.stl, zone: rock}]}
@@ -174,12 +183,11 @@ def test_rocks_that_went_on_are_not_rounded_away() -> None:
 
 
 def test_rocks_that_flew_past_the_edge_are_counted_with_the_place(tmp_path: Path) -> None:
-    """All rocks leave the terrain over its eastern edge, at x = 5 m; slow ones stay on it."""
+    """All rocks leave the terrain over its eastern edge, at x = 5 m."""
     fast = ("rocks: 30}", "rocks: 30, velocity: [30, 0, 3]}")
-    words = "30 of 30 rocks flew past the edge of the terrain, so nothing is known about where they stop; most of all "
+    words = "30 of 30 rocks flew past the edge of the terrain, so nothing is known about where they stop; "
     (found,) = (sentence for sentence in sentences(tmp_path, fast) if sentence.startswith(words))
-    assert "(100 % of them) near E 5, N 1." in found
-    assert not has(sentences(tmp_path, SPREAD), "flew past the edge")
+    assert "; 100 % of them did near E 5, N 1." in found
 
 
 def test_rocks_that_flew_past_the_edge_are_counted_among_all_rocks(tmp_path: Path) -> None:
@@ -203,6 +211,18 @@ def test_the_place_of_the_edge_is_in_the_coordinates_of_the_input(tmp_path: Path
     turned = replace(run, flights=replace(run.flights, deposits=left), totals=totals,
                      prepared=replace(run.prepared, terrain=replace(run.terrain, frame=frame)))  # fmt: skip
     assert has(list(_of_the_edge(turned)), "near x 503, z 6,998.")
+    totals.outcomes = Counter({Outcome.STOPPED: 30})
+    assert not list(_of_the_edge(turned))
+
+
+@pytest.mark.parametrize("outcome", [outcome for outcome in UNSTOPPED if outcome not in NAMED_ELSEWHERE])
+def test_rocks_that_did_not_finish_may_go_on(tmp_path: Path, outcome: Outcome) -> None:
+    sentences(tmp_path)
+    run = rpf3d.simulate(tmp_path / "scene.yaml")
+    totals = copy(run.totals)
+    totals.outcomes = Counter({outcome: 12, Outcome.STOPPED: 18})
+    (sentence,) = _of_the_unfinished(replace(run, totals=totals))
+    assert sentence.startswith("12 of 30 rocks ") and sentence.endswith(" may be too small")
 
 
 def test_the_busiest_place_is_that_of_most_points() -> None:

@@ -8,12 +8,13 @@ from numpy.typing import NDArray
 
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.formats.mine.dxf_pairs import LAYER, NAME, TYPE, VARIABLE, Pairs, read_pairs
+from rpf3d_core.formats.units import METRE
 from rpf3d_core.terrain.frame import FloatArray
 
 Ids = NDArray[np.int64]
 
-UNITS = {1: "in", 2: "ft", 3: "mi", 4: "mm", 5: "cm", 7: "km", 10: "yd", 14: "dm", 21: "us_ft"}
-"""Key of each unit other than metres, by the value of $INSUNITS (Autodesk, DXF Reference)."""
+UNITS = {1: "in", 2: "ft", 3: "mi", 4: "mm", 5: "cm", 6: METRE, 7: "km", 10: "yd", 14: "dm", 21: "us_ft"}
+"""Key of each unit, by the value of $INSUNITS (Autodesk, DXF Reference)."""
 CLOSED, CURVE_3D, MESH_2D, POLYFACE = 1, 8, 16, 64
 """Flags of a POLYLINE (group code 70)."""
 

@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.formats.surface import FileMesh
+from rpf3d_core.formats.units import METRE
 
 UNITS = {
-    "millimeter": "mm", "centimeter": "cm", "kilometer": "km", "foot": "ft", "USSurveyFoot": "us_ft", "inch": "in",
-    "mile": "mi",
+    "meter": METRE, "millimeter": "mm", "centimeter": "cm", "kilometer": "km", "foot": "ft", "USSurveyFoot": "us_ft",
+    "inch": "in", "mile": "mi",
 }  # fmt: skip
 """Key of each unit of length other than the metre (attribute linearUnit)."""
 HEAD = 2**20

@@ -1,8 +1,10 @@
 """Choose the source that is worst for a figure of a place: a zone, an area of interest, a barrier or a distance.
 
-A share of a source counts as worse only if it is clearly worse than the share of all rocks together: the interval of
-the source lies outside the 95 % interval of all rocks. The interval of a source is at the level 1 - 0.05 / S, so that
-chance selects none of S equal sources with a probability above 5 %.
+The choice is ALL (all rocks together) if no source is worse. A share of a source counts as worse only if the interval
+of this share lies outside the 95 % interval of the share of all rocks. With n sources that have rocks in the
+denominator, the interval of a source has the level 1 - 0.05 / n. So if all n sources are equal, chance selects one of
+them at a place with a probability of at most 5 %. A value, such as a p95 energy, counts as worse if it is larger than
+the value of all rocks.
 """
 
 from statistics import NormalDist

@@ -53,6 +53,10 @@ POUND_PER_CUBIC_FOOT = 0.45359237 / 0.3048**3
 """Density of 1 lb/ft^3 (kg/m^3)."""
 SWAPPED = 1.5
 """Ratio R_n / R_t (-) above which both are probably swapped; sheets of plywood have 1.2, rock less than 1."""
+LEAST_RESTITUTION = {"normal_restitution": 0.06, "tangential_restitution": 0.2}
+"""Smallest plausible coefficients of restitution (-), except 0; no range of the library is below these values."""
+GRAVITY = (9.0, 10.5)
+"""Smallest and largest plausible gravity (m/s^2); a lab may tilt its model, but not the gravity."""
 LEAST_TERMINAL_SPEED = 1.0
 """Smallest plausible sink speed (m/s) of rocks in a drag layer.
 
@@ -75,6 +79,7 @@ def warnings_of(scene: Scene) -> Iterator[str]:
         if material.is_of_a_body:
             continue
         yield from _swapped(name, material)
+        yield from _small_restitution(name, material)
         friction = distribution_of(material.friction_angle_deg).high
         if scene.ground_model.name != "none" and friction < LEAST_FRICTION:
             yield f"`materials.{name}.friction_angle_deg` is {friction:g} degrees; is it in radians, or a tangent?"
@@ -95,8 +100,19 @@ def warnings_of(scene: Scene) -> Iterator[str]:
             "`ground: sliding`"
         )
     yield from _floating(scene)
+    if not GRAVITY[0] <= scene.gravity <= GRAVITY[1]:
+        yield f"`gravity` is {scene.gravity:g} m/s2; on Earth it is 9.76 to 9.84 m/s2"
     if "target" in scene.model_fields_set and scene.rocks != "auto":
         yield "`target` has no effect, for `rocks` is not auto"
+
+
+def _small_restitution(name: str, material: Material) -> Iterator[str]:
+    """Yield a warning for each coefficient of restitution that is smaller than any published one, but not 0."""
+    for key, least in LEAST_RESTITUTION.items():
+        value = getattr(material, key)
+        if value is not None and 0.0 < distribution_of(value).high < least:
+            yield (f"`materials.{name}.{key}` is at most {distribution_of(value).high:g}, less than all published "
+                   "values (`rpf3d materials`): is its decimal point right?")  # fmt: skip
 
 
 def warnings_of_speed(fastest: float) -> Iterator[str]:

@@ -67,10 +67,11 @@ def parts_of(benches: Benches) -> Iterator[ProfilePart]:
 
 
 def profile_of(benches: Benches) -> Profile:
-    """Return the profile of a slope, with points as dense as the cells of its mesh.
+    """Return the profile of a slope, with one point at each edge of the mesh's cells.
 
-    The upper edge is at x = 0, the floor at z = 0, and x points away from the faces. Relief does not move the edges
-    between the parts, so each berm keeps its width. Each part is a height field over its own plane.
+    x is horizontal, 0 at the upper edge of the highest face, and increases from the crest to the floor. z is 0 on the
+    floor. The profile consists of straight parts: crest, faces, berms and floor. Relief moves points at right angles to
+    their part, but does not move the ends of a part, so each berm keeps its width.
     """
     parts = list(parts_of(benches))
     counts = [benches.cells(length) for length in benches.lengths]

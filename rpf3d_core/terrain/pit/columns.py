@@ -1,8 +1,9 @@
 """Make the points of a pit in columns: each column is a profile from the floor outwards to the natural ground.
 
-Columns differ in their number of points, because rows end where the ramp cuts them. Each point has a key. The keys give
-the common order of the points of two neighbouring columns, and an edge joins two points of equal key. Crests, toes and
-the edges of the ramp are therefore lines of edges in the mesh.
+A row is a line of points around the pit, such as a crest or a toe. Rows end where the ramp cuts them, so columns differ
+in their number of points. Each point has two sorting keys: one for the triangles to the next column, one for the
+triangles to the previous column. The keys give the common order of the points of two neighbouring columns, and an edge
+joins two points of equal key. Crests, toes and the edges of the ramp are therefore lines of edges in the mesh.
 """
 
 from typing import NamedTuple
