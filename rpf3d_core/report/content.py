@@ -1,7 +1,7 @@
 """Assemble the content of a report from the result folder of a run: warnings first, limits and sign-off last."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -131,7 +131,8 @@ def report_elements(run: RunFiles, site: str) -> list[Element]:
     toes, section = source_toes(run), critical_section(run)
     beyond, segments = toes.together, segments_of(run)
     measured = fence_places(run, toes, segments)
-    warnings = list(_warnings(run, beyond))
+    steep = barriers_on_faces(run)
+    warnings = list(_warnings(run, beyond, steep))
     return [
         Heading(f"Rockfall report: {site}", 1),
         *([Warnings("Read first", warnings)] if warnings else []),
@@ -141,7 +142,7 @@ def report_elements(run: RunFiles, site: str) -> list[Element]:
         *section_part(run, toes, section),
         *_benches(run),
         *distances_part(run, toes),
-        *fences_part(run, measured, segments, beyond),
+        *fences_part(run, measured, segments, beyond, steep),
         *inputs_part(run),
         Heading("Limits of the answer"), Bullets(LIMITS),
         Heading("Sign-off"), SignOff(FIELDS),
@@ -161,11 +162,14 @@ def _run_facts(run: RunFiles, site: str) -> Table:
     return Table(("this run", ""), rows, right=False)
 
 
-def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
+def _warnings(run: RunFiles, beyond: BeyondToe, steep: Sequence[str]) -> Iterator[str]:
     """Yield the warnings at the top of the report: first changed inputs.
 
     Between them: an interruption of the run, missing hazard maps, the warnings of the run, and the reasons why results
-    look too certain. Last: the numbers of rocks without a face below their release and of rocks that did not stop.
+    look too certain. Last: the numbers of rocks without a face below their release, the barriers on faces, and the
+    numbers of rocks that did not stop and that broke.
+
+    steep : a clause on each barrier on a face, from `barriers_on_faces`
     """
     yield from changed_inputs(run)
     if run.summary["partial"]:
@@ -184,8 +188,7 @@ def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
     elif missing:
         yield (f"{missing:,} of {of:,} rocks are in no figure of distances beyond the toe, because no face steeper "
                f"than {STEEP:g} degrees and {LOWEST:g} m high ends below their release.")  # fmt: skip
-    for words in barriers_on_faces(run):
-        yield f"No fence can be built there: {words}."
+    yield from (f"No fence can be built there: {words}." for words in steep)
     if unstopped := run.unstopped:
         number, broken = sum(unstopped.values()), run.ended(Outcome.FRAGMENTED)
         most_first = sorted(unstopped, key=lambda outcome: -unstopped[outcome])

@@ -1,6 +1,6 @@
 """Make the part of a report on places for fences: the rocks that pass each place, and the ground there."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from rpf3d_core.formats.words import whole_degrees
 from rpf3d_core.hazard.benches import in_percent
@@ -77,7 +77,7 @@ def with_barriers(run: RunFiles) -> list[Element]:
 
 
 def fences_part(
-    run: RunFiles, places: list[FencePlace], choices: list[Segments], beyond: BeyondToe
+    run: RunFiles, places: list[FencePlace], choices: list[Segments], beyond: BeyondToe, steep: Sequence[str]
 ) -> Iterator[Element]:
     """Yield the elements of the report for the design of fences.
 
@@ -85,6 +85,7 @@ def fences_part(
 
     places : the places beyond the toe; empty if too few rocks have a toe
     choices : the possible path segments, from `segments_of`; beyond : the rocks' distances beyond the toe
+    steep : a clause on each barrier on a face, from `barriers_on_faces`
     """
     yield Heading("Where a fence would stand")
     if not places:
@@ -94,7 +95,7 @@ def fences_part(
         yield from _fence_tables(run, places, choices)
     if run.summary.get("barriers"):
         yield from barriers_part(run.summary["barriers"], run.summary["rocks"])
-    if steep := barriers_on_faces(run):
+    if steep:
         yield Text(f"No fence can be built where the ground is steeper than {BUILDABLE:g} degrees: {'; '.join(steep)}.")
 
 

@@ -129,7 +129,7 @@ def test_a_place_with_some_slides_has_its_height_from_kept_paths(
     place = next(iter(places_beyond(run, beyond._replace(toe=beyond.toe - 10.0), choices)))
     assert [place.source, place.height_source] == sources
     assert place.energy.value is not None and place.height.value is not None and place.height.value < FAR
-    note = next(each.text for each in fences_part(run, [place], choices, beyond)
+    note = next(each.text for each in fences_part(run, [place], choices, beyond, [])
                 if isinstance(each, Text) and each.text.startswith("Energies"))  # fmt: skip
     assert ("Heights for 0.0 m are from kept paths (25 of 128 rocks)" in note) == (share == 0.08)
 
@@ -142,7 +142,7 @@ def test_a_report_gives_the_true_reason_for_figures_from_kept_paths(unknown_grou
 
     def note(choices: list[Segments]) -> str:
         places = places_beyond(run, beyond, choices)
-        found = [each.text for each in fences_part(run, places, choices, beyond) if isinstance(each, Text)]
+        found = [each.text for each in fences_part(run, places, choices, beyond, []) if isinstance(each, Text)]
         return next(text for text in found if text.startswith("Energies"))
 
     assert "from kept paths: 25 of 128 rocks. Kept paths are used where fewer than 90 %" in note([slides, kept])

@@ -19,7 +19,7 @@ UNITS = {
     "meter": METRE, "millimeter": "mm", "centimeter": "cm", "kilometer": "km", "foot": "ft", "USSurveyFoot": "us_ft",
     "inch": "in", "mile": "mi",
 }  # fmt: skip
-"""Key of each unit of length other than the metre (attribute linearUnit)."""
+"""Key of each unit of length, by the value of the attribute linearUnit."""
 HEAD = 2**20
 """Size (bytes) of the first part of a file, which is searched for the coordinate reference system."""
 BLOCK = 2**20
