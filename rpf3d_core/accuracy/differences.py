@@ -103,9 +103,9 @@ def first_impacts(flights: Flights) -> FloatArray:
 
 
 def _first_of(flights: Flights, values: FloatArray) -> FloatArray:
-    """Return one row of values (R, 3) for each rock: the values at its first impact on the ground; NaN if it had none.
+    """Return values (R, 3) for R rocks: the values of each rock's first impact on the ground; NaN if there was none.
 
-    values : (I, 3) of all impacts
+    values : (I, 3) a row for each of the I impacts of `flights`, such as its place
     """
     some = np.full((len(flights.deposits.rock), 3), np.nan)
     struck = np.flatnonzero(flights.impacts.facet >= 0)

@@ -25,7 +25,7 @@ PILOT = 40
 class Reached:
     """The map of reach probability of flown rocks, as numbers of rocks in cells, to compare it with another map.
 
-    cells : (S,) numbers of the reached cells of the raster, ascending; rocks : (S,) number of rocks in each cell
+    cells : (S,) numbers of the S reached cells of the raster, ascending; rocks : (S,) number of rocks in each cell
     flown : number of all flown rocks
     """
 

@@ -194,10 +194,12 @@ def price_of(prepared: Prepared, releases: Releases, setting: Steps, steps: floa
 
 
 def under_ground(deposits: Deposits, engine: Engine) -> NDArray[np.bool_]:
-    """Return flags (R,): True for a rock that passed through the ground and so left the terrain below its surface.
+    """Return flags (R,) for R rocks: True for a rock that passed through the ground and so left the terrain below it.
 
     A rock that passes through the lowest ground leaves the terrain's box immediately, at most one tolerance below
     the ground. Such a rock is also flagged, unless it leaves the box at a side.
+
+    deposits : of the R rocks; engine : engine over the terrain on which the rocks flew
     """
     slack = NEAR * engine.facets.tolerance
     depth = np.nan_to_num(highest_ground(engine, deposits.x).z - deposits.x[:, 2], nan=-np.inf)
@@ -211,8 +213,8 @@ def rounding(prepared: Prepared, releases: Releases, exact: FlownSample) -> floa
     """Return an upper bound (-) for the effect of rounding errors on the map of reach probability.
 
     The bound is the distance between two maps: of the rocks as released, and of the rocks released one tolerance (m)
-    farther east. One tolerance is some thousand times the rounding error of an impact (`precise`). So this distance is
-    an upper bound, even in a scene in which small differences grow fast.
+    farther east. One tolerance is some thousand times the rounding error of an impact, which `accuracy.precise`
+    measures. So this distance is an upper bound, even in a scene in which small differences grow fast.
 
     exact : result of the releases with exact contacts
     """

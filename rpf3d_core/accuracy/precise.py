@@ -1,8 +1,9 @@
 """Measure the rounding error of exact contacts: compute the impacts of some rocks again with 50 digits.
 
-The sequence of facets is taken from the recorded flight, so only places and times are compared. The differences also
-show whether rounding could select a wrong facet, because such a facet must be nearer to the exact impact than the error
-of place. Python's decimal numbers are enough, because an impact needs only sums, products and one square root.
+The sequence of facets is taken from the recorded flight, so only places and times are compared. Rounding can select a
+wrong facet only if this facet is nearer to the exact impact than the error of place. So the errors of place also show
+whether a wrong facet is possible. Python's decimal numbers are enough, because an impact needs only basic arithmetic
+and one square root.
 """
 
 from collections.abc import Callable, Sequence

@@ -92,7 +92,7 @@ def _sampled(pair: Pair, everything: Reached) -> Sampled:
 
 
 def together(one: Reached, other: Reached) -> Reached:
-    """Return the map of all rocks of two maps, as if they had flown together; no rock may be in both maps."""
+    """Return one map of the rocks of two maps, as if all these rocks had flown together; no rock may be in both."""
     cells, place = np.unique(np.concatenate([one.cells, other.cells]), return_inverse=True)
     rocks = np.bincount(place, np.concatenate([one.rocks, other.rocks]), len(cells)).astype(np.int64)
     return Reached(cells, rocks, one.flown + other.flown)

@@ -85,7 +85,7 @@ def statistical_rows(prices: PriceList) -> list[Row]:
 
 
 def parametric_rows(prices: PriceList) -> list[Row]:
-    """Return the one row of the table of the parametric error; an empty list for a scene without unknowns."""
+    """Return a list with the one row of the table of the parametric error; [] for a scene without unknowns."""
     return [
         (
             str(line.setting["sets"]), number(line.error), number(line.more["of_shares"]),

@@ -226,6 +226,7 @@ def _valid_until(
     rocks does not extend the validity of the previous decision.
 
     worst : for each area, by name, the answer's finding with the highest level; small : True if too few rocks flew
+    now_ns : time of the decision (ns)
     """
     until = now_ns + ns_of(thresholds.valid_s)
     if evidence is None or faults:

@@ -106,11 +106,13 @@ class Alert(NamedTuple):
     worse_ns : time of the last decision at which the evident level of the site or of an area rose, or the clock was set
         back; an acknowledgement given before this time does not count
     at_ns : time of this decision; valid_until_ns : end of its validity; afterwards the state must be read as a fault
-    evidence_at_ns : time of the newest evidence so far; None before the first evidence
+    evidence_at_ns : time of the newest answer of this and all earlier decisions, without answers from the future; None
+        if there is no such answer. Earlier decisions do not count if the clock was set back
     alarm : True if the alarm of the site is on
     acknowledgement : the acknowledgement given with this decision, or None; void : why the acknowledgement did not
         lower the level, or empty
-    areas : the decision on each area with limits; the highest `held` of the areas is the `held` of the site
+    areas : the decision on each area with limits, and on each other area of the previous decision while its level is
+        held or there are faults; the highest `held` of the areas is the `held` of the site
     since : since when `level` is shown; None in a log of an older version
     terrain_digest, terrain_stamp_ns : digest and stamp of the whole survey of the terrain in the evidence; "" and 0
         without evidence

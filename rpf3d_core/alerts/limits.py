@@ -79,13 +79,13 @@ def limits_of(thresholds: Thresholds, name: str) -> AreaLimitsSpec | None:
 
 
 def hidden_level(area: AreaEvidence, thresholds: Thresholds) -> Level | None:
-    """Return the level of an area as if all rocks in `left` had reached the area; None if `left` is 0.
+    """Return the level of an area as if all rocks that left the terrain had reached the area; None without such rocks.
 
-    The energy of these rocks counts as infinite and their arrival as immediate, because both are unknown. If these
-    rocks are at most 5 % (RARE) of all rocks in the area, the largest known energy replaces the p95 energy. The share
-    of 5 % must hold in each cluster of sources, so that the rocks of one cluster do not hide the rocks of another. With
-    unknowns, the upper end of the energy over the parameter sets always counts as infinite. If `left_high` is None, all
-    rocks in `left` are counted in one parameter set, the worst case.
+    The energy of these rocks (`AreaEvidence.left`) counts as infinite and their arrival as immediate, because both are
+    unknown. If these rocks are at most 5 % (RARE) of all rocks in the area, the largest known energy replaces the p95
+    energy. The share of 5 % must hold in each cluster of sources, so that the rocks of one cluster do not hide the
+    rocks of another. With unknowns, the upper end of the energy over the parameter sets always counts as infinite. If
+    `left_high` is None, all rocks in `left` are counted in one parameter set, the worst case.
     """
     if area.left <= 0:
         return None
@@ -180,8 +180,8 @@ def _finding(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -> L
 def _ends_below(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -> Iterator[str]:
     """Yield a text on the energy and a text on the first arrival of rocks, for an area that reaches no limit.
 
-    A text is omitted if the site has no limit for its figure. Both are omitted in a scene without unknowns, and if no
-    rock reached the area.
+    A text is omitted if the site has no limit for its figure, or if there is no figure to compare (`energies_of`,
+    `arrivals_of`). Both texts are omitted in a scene without unknowns.
 
     spec : the site's limits for the area; terms : the site's rules for evidence
     """

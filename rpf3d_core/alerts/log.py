@@ -147,7 +147,10 @@ class DecisionLog:
         self._witness.unlog()
 
     def settle(self) -> None:
-        """Clear `unknown`, because a person has acknowledged that a higher level may have been held."""
+        """Clear `unknown`, because a person has acknowledged that a higher level may have been held.
+
+        The reason is also removed from the state file, and the note of missing decisions from the file of `Witness`.
+        """
         self.unknown = ""
         self._keep(unknown="")
         self._witness.settle()
@@ -221,7 +224,7 @@ class DecisionLog:
         self._next, self.head, self._site = self._next + len(lines), head, site
 
     def _begin_file(self, number: int, data: bytes) -> None:
-        """Begin the next log file with the given lines; on failure, no file is left behind."""
+        """Begin log file `number` with whole lines (`data`); on failure, no file is left behind."""
         path = self.folder / file_name(number)
         descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o644)
         try:

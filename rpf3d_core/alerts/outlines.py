@@ -1,4 +1,4 @@
-"""Compare the place for which an area was judged with its current place: a moved area is judged again."""
+"""Compare the place for which an area was judged with the area's current place: a moved area is judged again."""
 
 from collections.abc import Iterator, Mapping
 

@@ -1,4 +1,4 @@
-"""Find since when an alert level is shown without interruption, as a subscriber sees it."""
+"""Find since when a subscriber shows an alert level without interruption, also if a decision expired in between."""
 
 from typing import NamedTuple
 

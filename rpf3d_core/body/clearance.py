@@ -9,7 +9,9 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import cross, dot
 
 TURNING = 0.5 + math.sqrt(0.25 + 1.0 / 3.0)
-"""Upper bound (-) of a corner's acceleration by rotation, over spin_bound^2 times its distance from the centre: 1.264.
+"""Upper bound (-), 1.264, of |a| / (spin_bound^2 |r|): a is the acceleration of a corner by rotation.
+
+r is the offset of the corner from the centre of mass.
 
 The corner r accelerates by w x (w x r) + w' x r = -w^2 (P + K) r. P is 1 - u u^T with the unit vector u along w. K is
 skew with |K r| <= k |r|, and k = |w'| / w^2 <= 1 / sqrt(3) for every rigid body without torque. P - 1/2 is half a

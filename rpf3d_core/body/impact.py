@@ -18,21 +18,21 @@ from rpf3d_core.vectors import add, norm, scale, subtract
 SINGLE = 400
 """Largest number of impacts at single contacts, if the sweeps do not converge."""
 EXACT = 1e-11
-"""Change of a contact's velocity in a sweep, over the speed of the body (-), below which an impact counts as solved."""
+"""Ratio (-) of the change of a contact's velocity in a sweep to the body's speed, below which an impact is solved."""
 GAIN = 1e-12
 """Relative gain of energy (-) above which the contacts are solved one by one; rounding alone gains less."""
 UNSOLVED = 2.0
-"""Approach speed of a contact relative to its goal velocity, over the velocity change at which sweeps end (-).
+"""Ratio (-) of a contact's approach speed, relative to its goal velocity, to the velocity change that ends the sweeps.
 
 Above this ratio the contacts are solved one by one.
 """
 GAINED = 4.0
-"""Gain of speed of a body in sustained contact, over the largest goal velocity of a contact (-).
+"""Ratio (-) of the gain of speed of a body in sustained contact to the largest goal velocity of its contacts.
 
 Above this ratio the sweeps have diverged.
 """
 LEFT = 1e-9
-"""Approach speed after an impact, over the speed of the body before the impact (-), that counts as rounding."""
+"""Ratio (-) of approach speed after an impact to the body's speed before it, up to which the approach is rounding."""
 
 
 @kernel

@@ -50,7 +50,10 @@ class Velocity(NamedTuple):
 
 @kernel
 def kinetic(velocity: Velocity, moments: Vec) -> float:
-    """Return the kinetic energy (J/kg) of a body with principal moments (3,) m2, per unit of mass."""
+    """Return the kinetic energy of a body per unit of mass (J/kg), from its velocity and spin.
+
+    moments : (3,) principal moments of inertia over mass (m2)
+    """
     v, w = velocity
     turning = moments[0] * w[0] * w[0] + moments[1] * w[1] * w[1] + moments[2] * w[2] * w[2]
     return 0.5 * (dot(v, v) + turning)

@@ -83,7 +83,7 @@ def on_face(a: Vertex, b: Vertex, c: Vertex) -> Simplex:
 
 @kernel
 def _inside_face(a: Vertex, b: Vertex, c: Vertex, weights: Vec) -> Simplex:
-    """Return the simplex of all three vertices, from the known weights (3,) of the vertices in its nearest point v."""
+    """Return the simplex of three vertices; weights : (3,) of the vertices in the point nearest to the origin."""
     v = add(a.w, add(scale(weights[1], subtract(b.w, a.w)), scale(weights[2], subtract(c.w, a.w))))
     return Simplex(size=3, a=a, b=b, c=c, weights=weights, v=v, square=dot(v, v))
 

@@ -136,7 +136,7 @@ def _many(scene: Scene) -> Scene:
 
 
 def _book(slope: Slope, spec: CalibrationSpec) -> Flown | None:
-    """Return the flown parameter set of the book values, `calibration.book`; None if the scene has no book values.
+    """Fly the parameter set of the book values, `calibration.book`, and return its result; None without book values.
 
     Unknowns without a book value keep the value of the scene.
     """

@@ -88,7 +88,7 @@ def kernel_widths(values: FloatArray, error: float) -> FloatArray:
 
 
 def kernel_matrix(values: FloatArray, observed: FloatArray, widths: FloatArray) -> FloatArray:
-    """Return the normal density (N, R) around each simulated value (R, D) at each observed value (N, D).
+    """Return the normal density (N, R) around each of R simulated values (R, D) at each of N observed values (N, D).
 
     The unit is 1 over the product of the units of the D axes. Both kinds of values are measured from the mean of the
     simulated values, to keep precision: the squares of coordinates of some thousand kilometres would leave no digits
@@ -115,12 +115,13 @@ def grouped(rows: FloatArray) -> FloatArray:
 
 
 def stop_densities(stops: Stops, observed: FloatArray, errors: FloatArray, alike: FloatArray | None) -> FloatArray:
-    """Return the density (GROUPS, M, N), 1/m2, of the simulated stops of each group at the observed stops (N, 2) m.
+    """Return the density (GROUPS, M, N), 1/m2, of each group's simulated stops at N observed stops (N, 2) m.
 
     The mean over the groups is the density of all rocks.
 
-    errors : (M,) m, standard deviations of measuring error and misfit together
-    alike : (N, R) weight of each rock in the prediction for each observed block, >= 0; None if all weights are equal
+    errors : (M,) m, standard deviation of measuring error and misfit together, for each of M misfits
+    alike : (N, R) weight of each of R rocks in the prediction for each observed block, >= 0; None if all weights are
+        equal
     """
     weights = np.ones((1, len(stops.place))) if alike is None else alike
     share = grouped(weights).mean(axis=0)
@@ -136,11 +137,11 @@ def stop_densities(stops: Stops, observed: FloatArray, errors: FloatArray, alike
 
 
 def value_densities(values: FloatArray, observed: FloatArray, error: float) -> FloatArray:
-    """Return the density (GROUPS, N) of simulated values (R,) at observed values (N,), such as speeds at a gate.
+    """Return the density (GROUPS, N) of R simulated values at N observed values, such as speeds at a gate.
 
     The unit of the density is 1 over the unit of the values.
 
-    values : NaN for a rock without the value, such as a rock that did not reach the gate; these rocks do not count
+    values : (R,), NaN for a rock without the value, such as a rock that did not reach the gate; such rocks are left out
     error : standard deviation of the measuring error, in the unit of the values
     """
     known = ~np.isnan(values)
@@ -153,12 +154,12 @@ def value_densities(values: FloatArray, observed: FloatArray, error: float) -> F
 
 
 def share_densities(probabilities: FloatArray) -> FloatArray:
-    """Return the shares (GROUPS, M, 2) (-) of rocks that did what was counted, and of rocks that did not.
+    """Return the shares (-) of rocks that did what was counted, and of the other rocks: (GROUPS, M, 2), for M misfits.
 
     The mean over the groups is the share of all rocks.
 
-    probabilities : (M, R) for each misfit, the probability that each rock did what was counted, such as reaching an
-        area
+    probabilities : (M, R) for each misfit, the probability that each of R rocks did what was counted, such as reaching
+        an area
     """
     misfits, rocks = probabilities.shape
     both = np.stack([probabilities, 1.0 - probabilities], axis=1).reshape(2 * misfits, rocks)

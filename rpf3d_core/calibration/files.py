@@ -81,7 +81,7 @@ def write_result(out: Path, scene: Scene, slope: Slope, spec: CalibrationSpec, r
 def _write_pictures(out: Path, slope: Slope, result: Result, found: Findings, values: tuple[Any, Any]) -> None:
     """Write the three pictures of a calibration; without a predicted stop, only the picture of the parameters.
 
-    values : values of the unknowns of all sets (S, U), and of the sample of the posterior
+    values : two arrays, values of the U unknowns in all S flown sets (S, U), and in the sets of the posterior's sample
     """
     # Imported here, because the import of matplotlib takes most of a second.
     from rpf3d_core.results.plots.calibration import Predicted, write_coverage, write_pairs, write_predicted

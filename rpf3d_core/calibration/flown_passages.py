@@ -1,4 +1,4 @@
-"""Values at a gate, and places reached, from the recorded paths of rocks, to compare them with observations."""
+"""Compute values at a gate, and the places that rocks reached, from recorded paths, to compare with observations."""
 
 from typing import NamedTuple
 

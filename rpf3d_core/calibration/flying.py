@@ -72,7 +72,7 @@ class Flown(NamedTuple):
     """The result of R rocks flown with one parameter set; the rocks are in a random order, the same for all sets.
 
     stops : where the rocks stopped; energy : (R,) kJ, largest energy of translation of each rock
-    densities : (GROUPS, M, C) of the C observations under this set, for each group of rocks and each misfit
+    densities : (GROUPS, M, C) of the C observations under this set, for each group of rocks and each of M misfits
     """
 
     stops: Stops
@@ -88,8 +88,8 @@ class Slope:
     rocks : number of rocks of each set
     error : m, standard deviation of the measuring error of an end point
     misfits : (M,) m, possible errors of the model, as standard deviations
-    alike : (N, R) weight of each rock in the prediction for each observed block, with the rocks in the order of
-        `Flown.stops` (`_mixed_order`); None if all weights are equal
+    alike : (N, R) weight of each of R rocks in the prediction for each of N observed blocks, with the rocks in the
+        order of `Flown.stops` (`_mixed_order`); None if all weights are equal
     """
 
     prepared: Prepared
@@ -194,7 +194,7 @@ def releases_of_round(slope: Slope, number: int) -> Releases:
 
 
 def _alike(field: Field, releases: Releases) -> FloatArray | None:
-    """Return the weight (N, R) (-) of each simulated rock in the prediction for each observed block.
+    """Return the weight (N, R) (-) of each of R simulated rocks in the prediction for each of N observed blocks.
 
     The weight is small if the masses of rock and block differ much, and 0 if their shapes differ. The result is None if
     the observed blocks have neither masses nor shapes.
@@ -254,7 +254,8 @@ def fly_sets(
 ) -> Iterator[Flown]:
     """Fly the parameter sets of a round, each on one thread, and yield their results in the order of the sets.
 
-    values : (S, U), each in the unit of its key in the scene; number : number of the round, which selects the rocks
+    values : (S, U) of S sets and U unknowns, each in the unit of its key in the scene
+    number : number of the round, which selects the rocks
     stop : called before each set, on the thread of the set; if `stop` returns True, neither this set nor a later set is
         yielded
     threads : number of threads, None for one per core; results do not depend on it
@@ -298,12 +299,15 @@ def fly_set(slope: Slope, values: Sequence[float] | FloatArray, releases: Releas
 
 
 def _mixed_order(rocks: int) -> NDArray[np.int64]:
-    """Return a random order (R,) of the rocks, so that every group has rocks of all sources and places."""
+    """Return a random order (R,) of R rocks, so that every group has rocks of all sources and places.
+
+    The order depends only on R, so that all parameter sets have the same order. rocks : R
+    """
     return np.random.Generator(np.random.Philox(key=GROUPS)).permutation(rocks)
 
 
 def _densities(slope: Slope, batch: Batch, releases: Releases, stops: Stops) -> FloatArray:
-    """Return the densities of the C observations under one parameter set: (GROUPS, M, C), for each of M misfits.
+    """Return the densities (GROUPS, M, C) of C observations under one parameter set, for each group and M misfits.
 
     Densities of values at gates do not depend on the misfit.
     """

@@ -52,7 +52,7 @@ def folds_of(count: int, seed: int) -> IntArray:
 
 
 def weights_without(log_ratio: FloatArray, weighed: Weighed, folds: IntArray, counts: IntArray) -> FloatArray:
-    """Return the weights (F, S, M) of the sets and misfits for each fold, from the observations outside this fold.
+    """Return the weights (F, S, M) of S sets and M misfits for each of F folds, from the observations outside the fold.
 
     log_ratio : (S,) from `population.log_importance`; weighed : log densities of all observations
     folds : (N,) fold of each of the first N observations
@@ -71,7 +71,7 @@ def weights_without(log_ratio: FloatArray, weighed: Weighed, folds: IntArray, co
 def predictive_score(weights: FloatArray, densities: FloatArray, anywhere: float) -> Score:
     """Return the log scores of N observations under a mixture of parameter sets and misfits.
 
-    weights : (N, S, M) of the sets and misfits for each observation, or (1, S, M) for all observations
+    weights : (N, S, M) of S sets and M misfits for each observation, or (1, S, M) for all observations
     densities : (S, M, N) of the observations under each set with each misfit
     anywhere : density of an observation that may lie anywhere, as in `likelihood.Densities`; for all, or (N,) for each
     """
@@ -137,8 +137,8 @@ def ranks(
     rocks that have a weight for this block (`alike`), at most LEAST_STOPPED (0.1 %) stopped. If all sets together have
     many rocks, only the first rocks of each set are used; this is a fair selection, because their order is random.
 
-    stops : of each of S sets; weights : (N, S, M) weights of the sets and errors for each observation
-    observed : (N, 2) m, the observed stops
+    stops : of each of S sets; observed : (N, 2) m, the N observed stops
+    weights : (N, S, M) weights of the S sets and M errors for each observed stop
     errors : (M,) m, standard deviations of the difference between a simulated stop and an observed stop
     alike : (N, R) weight of each rock in the prediction for each observed block, >= 0; None if all weights are equal
     """

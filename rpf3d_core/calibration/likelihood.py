@@ -45,7 +45,7 @@ class Densities(NamedTuple):
 
 
 class Weighed(NamedTuple):
-    """The log densities from which the log-likelihood of S parameter sets and its noise follow.
+    """The log densities of C observations, from which the log-likelihood of S parameter sets and its noise follow.
 
     log_densities : (D, S, M, C) logarithms of the averaged densities: at index 0 with equal weights of all groups, at
         each further index of D with the weights of one draw of groups (`group_shares`)
@@ -72,9 +72,10 @@ def group_shares(rounds: int, seed: int, redraws: int = REDRAWS) -> FloatArray:
 def nearness(z: FloatArray, covariance: FloatArray) -> FloatArray:
     """Return the weights (S, S) with which densities are averaged around each parameter set; each row has the sum 1.
 
-    Row i has the weights of all sets in the average around set i; they fall with the distance in z.
+    Row i has the weights of all sets in the average around set i; these weights fall with the distance in z.
 
-    z : (S, U) unknowns as standard normal numbers (`normal_space`); covariance : (U, U) of the posterior in z
+    z : (S, U) U unknowns of S sets as standard normal numbers (`normal_space`)
+    covariance : (U, U) of the posterior in z
     """
     scaled = np.linalg.solve(np.linalg.cholesky(covariance) * NEAR, z.T).T
     squares = (scaled**2).sum(1)[:, None] + (scaled**2).sum(1)[None, :] - 2.0 * scaled @ scaled.T
@@ -108,7 +109,7 @@ def _mixed(densities: Densities, share: FloatArray) -> FloatArray:
 
 
 def log_likelihoods(weighed: Weighed, kept: NDArray[np.bool_] | None = None) -> FloatArray:
-    """Return the log-likelihood (D, S, M) of each parameter set, for each draw of groups of rocks and each misfit.
+    """Return the log-likelihood (D, S, M) for each of D draws of groups of rocks, S parameter sets and M misfits.
 
     weighed : log densities of the C observations; kept : (C,) True for the observations that count, None for all
     """
@@ -122,7 +123,7 @@ def over_misfits(log_likelihood: FloatArray) -> FloatArray:
 
 
 def posterior_weights(log_ratio: FloatArray, log_likelihood: FloatArray) -> FloatArray:
-    """Return the posterior weight (S, M) of each parameter set with each misfit; the sum of all weights is 1.
+    """Return the posterior weight (S, M) of each of S parameter sets with each of M misfits; the sum of weights is 1.
 
     The weights are the mean over the random draws of groups of rocks, so they include the noise of the likelihood. The
     draw at index 0, with equal weights of all groups, does not count.
@@ -139,7 +140,8 @@ def noise_of(log_likelihood: FloatArray, weights: FloatArray) -> float:
     The variances of the sets are averaged with the posterior weights. Noise that all sets have in common does not
     count, because this noise does not change a weight.
 
-    log_likelihood : (D, S) from `over_misfits`; weights : (S,) posterior weights of the sets, sum 1
+    log_likelihood : (D, S) for D draws of groups and S sets, from `over_misfits`
+    weights : (S,) posterior weights of the sets, sum 1
     """
     centred = log_likelihood[1:] - (log_likelihood[1:] @ weights)[:, None]
     deviations = centred - centred.mean(axis=0)

@@ -162,7 +162,7 @@ def _shape_numbers(scene: Scene, spec: CalibrationSpec) -> IntArray | None:
 
 
 def _values_of(spec: CalibrationSpec) -> Iterator[Values]:
-    """Yield the values observed at all gates of a scene."""
+    """Yield the values observed at the gates of a scene: one item for each gate and kind of value, such as speeds."""
     for gate in spec.gates:
         each = (("speed", gate.speeds, gate.speed_error), ("height", gate.heights, gate.height_error),
                 ("energy", gate.energies, gate.energy_error))  # fmt: skip

@@ -35,7 +35,7 @@ If there are fewer, the likelihood is raised to a smaller power (`flattened`).
 class Mixture(NamedTuple):
     """The proposal of a round: a mixture of K normal kernels, and the prior with the share FROM_PRIOR (10 %).
 
-    centres : (K, U) of the kernels, in the space of `normal_space`; shares : (K,) of the kernels, sum 1
+    centres : (K, U) of the kernels, for U unknowns, in the space of `normal_space`; shares : (K,) of the kernels, sum 1
     root : (U, U) lower triangular root of the covariance, which is the same for all kernels
 
     A mixture without centres (K = 0) is the prior alone.
@@ -70,7 +70,7 @@ def draw(mixture: Mixture, count: int, seed: int, number: int) -> FloatArray:
 
 
 def log_density(mixture: Mixture, z: FloatArray) -> FloatArray:
-    """Return the logarithm (S,) of the density with which a proposal draws the sets z (S, U)."""
+    """Return the logarithm (S,) of the density with which a proposal draws S sets z (S, U) of U unknowns."""
     prior = log_prior(z)
     if not len(mixture.centres):
         return prior
@@ -86,7 +86,8 @@ def log_importance(z: FloatArray, mixtures: Sequence[Mixture], counts: Sequence[
 
     The proposal density is the mean density of the proposals of all rounds, weighted by their numbers of sets.
 
-    z : (S, U) (-), as in `normal_space`; mixtures : proposal of each round; counts : number of sets of each round
+    z : (S, U) (-), S sets of U unknowns, as in `normal_space`
+    mixtures : proposal of each round; counts : number of sets of each round
     """
     total = np.full(len(z), -np.inf)
     for mixture, count in zip(mixtures, counts, strict=True):
@@ -134,7 +135,7 @@ def flattened(log_ratio: FloatArray, log_likelihood: FloatArray, least: float) -
 def next_mixture(z: FloatArray, log_ratio: FloatArray, log_likelihood: FloatArray) -> tuple[Mixture, float]:
     """Return the proposal of the next round, and the power (0 to 1) of the likelihood in the weights of its kernels.
 
-    z : (S, U) (-) all sets so far, as in `normal_space`
+    z : (S, U) (-) all S sets so far, of U unknowns, as in `normal_space`
     log_ratio : (S,) (-) from `log_importance`; log_likelihood : (S,) (-)
 
     Source of the kernels' width: Silverman 1986, Density Estimation, equation 4.14, times WIDENING.

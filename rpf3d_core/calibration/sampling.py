@@ -50,7 +50,8 @@ MOST_NOISE = 1.0
 class FlownRound(NamedTuple):
     """The flown parameter sets of one round.
 
-    z : (S, U) unknowns as standard normal numbers (`normal_space`); densities : (S, GROUPS, M, C) of the observations
+    z : (S, U) U unknowns of S sets as standard normal numbers (`normal_space`)
+    densities : (S, GROUPS, M, C) of C observations under each set, for each group of rocks and each of M misfits
     """
 
     z: FloatArray
@@ -72,7 +73,8 @@ class Proposed(NamedTuple):
     """The proposals of all rounds, including the next round.
 
     mixtures : proposal of each round; power : power of the likelihood with which the last proposal was made
-    covariance : (U, U) of the flown sets in z, with the weights of the last proposal
+    covariance : (U, U) of the U unknowns of the flown sets, as standard normal numbers, with the weights of the last
+        proposal
     """
 
     mixtures: tuple[Mixture, ...]
@@ -83,8 +85,8 @@ class Proposed(NamedTuple):
 class Posterior(NamedTuple):
     """The posterior from all S flown sets.
 
-    z : (S, U) unknowns as standard normal numbers (`normal_space`); weights : (S,) of the sets, sum 1
-    misfits : (M,) probabilities of the misfits; log_ratio : (S,) from `population.log_importance`
+    z : (S, U) U unknowns as standard normal numbers (`normal_space`); weights : (S,) of the sets, sum 1
+    misfits : (M,) probabilities of the M misfits; log_ratio : (S,) from `population.log_importance`
     weighed : log densities with their noise; effective : effective samples
     noise : standard deviation of a set's log-likelihood that is due to the finite number of rocks
     """

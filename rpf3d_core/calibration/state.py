@@ -26,7 +26,7 @@ VERSION = 3
 
 
 class KeptSets(NamedTuple):
-    """The flown parameter sets of one round: z (S, U), as in `normal_space`, and the results of each set."""
+    """The S flown sets of one round: their U unknowns z (S, U), as in `normal_space`, and the result of each set."""
 
     z: FloatArray
     flown: list[Flown]

@@ -29,7 +29,7 @@ The other score is that of a normal curve without physics, or that of the book v
 LITTLE = 0.1
 """Shrinkage (-) below which the data does not determine a parameter."""
 BY_CHANCE = 0.05
-"""A calibration warns if correct 90 % intervals contain so few kept-out blocks with less than this probability (-)."""
+"""Least probability (-), without a warning, that correct 90 % intervals contain as few kept-out blocks as found."""
 FEWEST_TO_CONDEMN = 8
 """Least number of kept-out observations to warn that a score is clearly worse, or that stops lie to one side.
 

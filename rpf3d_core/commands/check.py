@@ -15,7 +15,10 @@ if TYPE_CHECKING:
     from rpf3d_core.setup.warnings.extents import Extent
 
 SLOWEST = 2.25
-"""Ratio (-) of a long time to compile to `COMPILE_S`: 38 to 42 s were measured on two shared cores of a server."""
+"""Factor (-) from the usual time to compile, `runs.pilot_run.COMPILE_S` (20 s), to the time on a slow machine.
+
+On two shared cores of a server, 38 to 42 s were measured.
+"""
 
 
 def check(scene: SceneFile, rocks: RocksOption = None, engine: EngineOption = None) -> None:

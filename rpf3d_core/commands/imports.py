@@ -86,7 +86,7 @@ def _numbers(text: str) -> tuple[int, ...]:
 
 
 def _tell(imported: "Imported") -> None:
-    """Print the inputs that were imported, those that were not, and the path of the new scene."""
+    """Print the inputs that were imported, the inputs that were not imported, and the path of the new scene."""
     from rpf3d_core.imports.scene_text import NOT_CARRIED
 
     for sentence in imported.taken:

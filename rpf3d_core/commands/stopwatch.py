@@ -81,4 +81,4 @@ def _process_start() -> float:
 
 
 _STARTS = iter((_process_start(),))
-"""The start of the process; only the first command of the process takes it."""
+"""Iterator with one item, the start of the process: only the first command of the process began at this time."""

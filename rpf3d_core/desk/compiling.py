@@ -97,9 +97,10 @@ class Compiling:
             pass  # the thread that flies prepares the same scene, and reports the refusal
 
     def _prepared(self, scene: Scene, text: str, ground: tuple[Terrain, FaultReport]) -> Prepared | None:
-        """Return the scene prepared for the compiled engine; None if the thread was cancelled before.
+        """Return the scene prepared for the compiled engine, with compiled loops.
 
-        If the second process cannot start or fails, this process compiles.
+        Loops that are not in the disk cache are compiled in a second process. If it cannot start or fails, the process
+        of the desk compiles. The result is None if `cancel` was called before the second process ended.
         """
         with suppress(NotCached), only_from_cache():
             return compiled_for(scene, ground)

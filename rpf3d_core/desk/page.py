@@ -207,7 +207,7 @@ def _start_part(html: Any, actions: Actions) -> None:
 
 
 def _view(html: Any, window: Any, actions: Actions) -> Any:
-    """Add the view of the VTK window, in which a click without a drag adds a place to the drawing."""
+    """Add the view of the VTK window, in which a click without a drag adds a place to the drawing; return the view."""
     vtk = library_of("desk", "trame.widgets.vtk", NEEDS)
     watch = [
         '@pointerdown.capture="pressed = [$event.clientX, $event.clientY]"',

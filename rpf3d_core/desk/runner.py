@@ -118,7 +118,9 @@ class Runner:
     def write_report(self, written: Written, path: Path) -> None:
         """Request the report of the last run.
 
-        The request is refused if there is no run of this scene, or if a file of the scene has changed since the run.
+        The request is refused if the last run was not of this scene, or if a file of the scene has changed since.
+
+        written : the scene; path : HTML file to write
         """
         self._tasks.put(lambda: self._report(written, path))
 

@@ -75,7 +75,7 @@ class SceneView:
         return new
 
     def laid_out(self, run: Run) -> RunShown:
-        """Return the paths and hazard maps of the results so far, as `show_run` needs them; any thread may call it."""
+        """Return the paths and hazard maps of the results so far, as `show_run` needs them; callable on any thread."""
         if self._seen is None:
             return NO_RUN
         maps = {kind: hazard_map(self._seen, run.maps, kind) for kind in (REACH, ENERGY)}

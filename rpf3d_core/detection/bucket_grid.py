@@ -169,7 +169,7 @@ def cell_index(value: float, origin: float, cell: float, count: int) -> int:
 def cells_under(corners: Any, f: int, slack: float, grid: Grid) -> CellRectangle:
     """Return the cells that the box of facet f touches in plan; the facet lies over no other cell.
 
-    corners : (F, 9) m, of all facets; slack : m, by which the box is widened on all sides
+    corners : (F, 9) m (3 corners each), of all facets; slack : m, by which the box is widened on all sides
     """
     low_x, high_x = min(corners[f, 0], corners[f, 3], corners[f, 6]), max(corners[f, 0], corners[f, 3], corners[f, 6])
     low_y, high_y = min(corners[f, 1], corners[f, 4], corners[f, 7]), max(corners[f, 1], corners[f, 4], corners[f, 7])
@@ -207,7 +207,7 @@ def _count(corners: Any, slack: float, grid: Grid, band: CellRectangle, most: in
 
     The function stops as soon as the sum exceeds `most`.
 
-    corners : (F, 9) m; slack : m by which each facet is widened; band : the rows, from `bands`
+    corners : (F, 9) m (3 corners each); slack : m by which each facet is widened; band : the rows, from `bands`
     most : largest allowed sum; starts : (cells + 1,), changed
     """
     entries = 0
@@ -229,7 +229,7 @@ def _fill(corners: Any, slack: float, grid: Grid, band: CellRectangle, cursor: A
     """Write the facets in each bucket of a band of rows, in ascending order.
 
     cursor : (cells + 1,) for each bucket, the index in `ids` of its next entry; changed
-    corners : (F, 9) m; slack : m by which each facet is widened; band : the rows, from `bands`
+    corners : (F, 9) m (3 corners each); slack : m by which each facet is widened; band : the rows, from `bands`
     ids, boxes : (E,) receive number and `box_over` of the facet of each entry, as in `Buckets`
     """
     for f in range(corners.shape[0]):
@@ -247,7 +247,7 @@ def box_over(corners: Any, f: int, slack: float, grid: Grid, i: int, j: int) -> 
     """Return the box in plan of facet f within one cell, packed into one integer (`plan_boxes.packed_box`).
 
     i, j : column and row of the cell; slack : m by which the facet is widened
-    corners : (F, 9) m, of all facets
+    corners : (F, 9) m (3 corners each), of all facets
     """
     per_cell = 1.0 / grid.cell
     return packed_box(

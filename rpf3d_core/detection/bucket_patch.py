@@ -40,7 +40,7 @@ class Entries(NamedTuple):
 
     The facets in cell k are ids[starts[k] : starts[k + 1]]; the cells are counted row by row (`cell_in`).
 
-    starts : (cells + 1,); ids : (E,) numbers of facets within the patch, 0 to S - 1
+    starts : (cells + 1,); ids : (E,) for all E entries, number of the facet within the patch, 0 to S - 1
     """
 
     starts: NDArray[np.int64]
@@ -64,7 +64,7 @@ class BucketPatch(NamedTuple):
 def block_of(corners: FloatArray, locator: BucketLocator, slack: float) -> CellRectangle:
     """Return the rectangle of cells around some facets, so that an update changes only these cells.
 
-    corners : (S, 9) m, of these facets; slack : m, by which the box of each facet is widened
+    corners : (S, 9) m (3 corners each), of these facets; slack : m, by which the box of each facet is widened
     """
     sides = np.empty(4, np.int64)
     _block(corners, slack, grid_of(locator), sides)
@@ -85,7 +85,7 @@ def facets_in(locator: BucketLocator, block: CellRectangle) -> NDArray[np.int64]
 def entries_of(corners: FloatArray, locator: BucketLocator, block: CellRectangle, slack: float, most: int) -> Entries:
     """Return the new facets of a patch, listed by the cells of a rectangle.
 
-    corners : (S, 9) m, of the new facets; slack : m, by which the box of each facet is widened
+    corners : (S, 9) m (3 corners each), of the new facets; slack : m, by which the box of each facet is widened
     most : largest allowed number of entries; more raise a TerrainError
     """
     starts = np.zeros((block.right - block.left) * (block.top - block.bottom) + 1, np.int64)
@@ -170,7 +170,7 @@ def cell_in(block: CellRectangle, i: int, j: int) -> int:
 def _block(corners: Any, slack: float, grid: Grid, sides: Any) -> None:
     """Write left, right, bottom and top of the rectangle of cells around some facets into `sides`.
 
-    corners : (S, 9) m, of the facets; slack : m by which each facet is widened; sides : (4,), changed
+    corners : (S, 9) m (3 corners each), of the facets; slack : m by which each facet is widened; sides : (4,), changed
     """
     sides[0], sides[1], sides[2], sides[3] = grid.nx, 0, grid.ny, 0
     for f in range(corners.shape[0]):
@@ -186,7 +186,7 @@ def _count_some(corners: Any, slack: float, grid: Grid, block: CellRectangle, mo
     The function stops and returns False as soon as the facets have more than `most` entries; otherwise it returns True.
     An entry is one facet in one cell of the whole grid.
 
-    corners : (S, 9) m, of the new facets; slack : m by which each facet is widened
+    corners : (S, 9) m (3 corners each), of the new facets; slack : m by which each facet is widened
     block : the rectangle of cells; starts : (cells + 1,), changed
     """
     entries = 0
@@ -207,7 +207,8 @@ def _fill_some(corners: Any, slack: float, grid: Grid, block: CellRectangle, cur
     """Write the new facets in each cell of a rectangle into `ids`.
 
     cursor : (cells,) for each cell, the index in `ids` of its next facet; changed
-    corners : (S, 9) m, of the new facets; slack : m by which each facet is widened; block : the rectangle of cells
+    corners : (S, 9) m (3 corners each), of the new facets; slack : m by which each facet is widened
+    block : the rectangle of cells
     """
     for f in range(corners.shape[0]):
         cells = common(cells_under(corners, f, slack, grid), block)
@@ -244,7 +245,8 @@ def _lay_band(
 ) -> None:
     """Write the facets of all buckets in the rows of a patch: first the facets that stay, then the new facets.
 
-    corners : (F, 9) m, of all facets after the patch; slack : m, by which the box of each facet is widened
+    corners : (F, 9) m (3 corners each), of all facets after the patch
+    slack : m, by which the box of each facet is widened
     new_ids, new_boxes : receive the facets and their boxes, as in `Buckets`
     """
     at, block, come = 0, patch.block, patch.entries
@@ -277,7 +279,7 @@ def _renew_slabs(
 ) -> None:
     """Compute the slabs over a rectangle of whole cells again, from the facets in its buckets.
 
-    corners, normals : (F, 9) m and (F, 3), of all facets; slack : m by which each facet is widened
+    corners, normals : (F, 9) m (3 corners each) and (F, 3), of all facets; slack : m by which each facet is widened
     block : the rectangle of cells; table : receives the slabs
     """
     clear_block(table, block)
@@ -300,7 +302,8 @@ def _raise_levels(corners: Any, f: int, slack: float, grid: Grid, i: int, j: int
 
     The slab of a wider cell is raised only if this bucket is the first bucket of facet f in the wider cell.
 
-    corners : (F, 9) m, of all facets; slack : m, by which the facet is widened; table : the slabs, changed
+    corners : (F, 9) m (3 corners each), of all facets; slack : m, by which the facet is widened
+    table : the slabs, changed
     """
     raise_over(corners, f, table.planes, slab_row(table, 0, i, j))
     cells = cells_under(corners, f, slack, grid)

@@ -22,7 +22,7 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import norm, subtract
 
 ON_GROUND = REACH / CRACK
-"""Path of a rock behind a cap, in tolerances of the caps, up to which a contact with the ground takes precedence.
+"""Length of a rock's path behind a cap, in tolerances of the caps, up to which a ground contact takes precedence.
 
 So the ground still carries a rock at the edge of a hole.
 """
@@ -101,12 +101,12 @@ def loss_on(caps: object, arc: Arc, contact: Any, end: float) -> Loss:
 
     A rock falls through a gap where it passes through a cap from above, unless it comes back through caps of the same
     gap before it passes below the ground. Only the rim of a gap is known. The cap between is an arbitrary surface, and
-    a rock that passes below it may have stayed in the air of the gap.
+    a rock that passes below the cap may have stayed in the air of the gap.
 
     Caps and ground form one closed surface. So a rock that meets the free side of the ground is above the ground,
-    unless the terrain is layered. It may have been below the ground before, if it has left the ground through another
-    gap. If the rock meets the ground on the first ON_GROUND tolerances of its path behind a cap, the contact with the
-    ground takes precedence: a rock on the edge of a hole is still on the ground.
+    unless the terrain is layered. The rock may have been below the ground before, if it has left the ground through
+    another gap. If the rock meets the ground on the first ON_GROUND tolerances of its path behind a cap, the contact
+    with the ground takes precedence: a rock on the edge of a hole is still on the ground.
     """
 
 
@@ -126,8 +126,8 @@ def loss_through_cap(caps: CapLocator, arc: Arc, contact: Any, end: float) -> Lo
     rounding finds the same two caps again and again.
 
     A rock that meets the free side of the ground has nearly always passed upwards through as many caps as downwards. If
-    not, it may have come out of the ground exactly through an edge between two facets, which have no contact with it.
-    But it may also have passed only through the rim of a cap, because caps are wider than their gap by a crack.
+    not, the rock may have come out of the ground exactly through an edge between two facets, without a contact. But the
+    rock may also have passed only through the rim of a cap, because caps are wider than their gap by a crack.
     """
     lands = contact.t <= end and not caps.layout.layered and is_on_free_side(contact)
     below, began, left, rest = NO_CONTACT, 0.0, NOTHING_LEFT, arc
@@ -170,8 +170,8 @@ def _loss_at(caps: CapLocator, arc: Arc, below: Contact, contact: Any) -> Loss:
 def _only_at_rim(caps: CapLocator, f: int, arc: Arc, t: float) -> bool:
     """Return True if a rock that passes through cap f at the time t (s) is at the rim of the gap, and leaves the gap.
 
-    A rock that is released exactly on a corner of a gap passes through the cap there, also if it moves away over the
-    ground. The way in plan of such a rock leaves the gap in the first ON_GROUND tolerances.
+    A rock that is released exactly on a corner of a gap passes through the cap there, even if the rock then moves away
+    over the ground. The way in plan of such a rock leaves the gap in the first ON_GROUND tolerances.
     """
     near = ON_GROUND * caps.facets.tolerance
     p, q = position(arc, t), position(arc, time_over(arc, t, 2.0 * near))

@@ -14,7 +14,10 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import add, dot, scale, subtract
 
 SURELY = 1e-300
-"""Distance (m) inside all edges beyond which a point counts as inside a facet; nearly 0, as `contains` needs > 0."""
+"""Least distance (m) of a point from all edges of a facet at which the point counts as inside the facet.
+
+The value is nearly 0, but not 0, because `contains` needs a value above 0.
+"""
 
 
 class Closest(NamedTuple):

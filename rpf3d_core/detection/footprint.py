@@ -24,7 +24,7 @@ _SEEN = 1
 class Footprint(NamedTuple):
     """The area of a patch in plan, widened by a slack (m): the facets of the ground that touch this area are replaced.
 
-    corners : (S, 9) m, of the facets of the patch; block : rectangle of cells around the patch
+    corners : (S, 9) m (3 corners each), of the facets of the patch; block : rectangle of cells around the patch
     entries : the facets of the patch, listed by the cells of `block`
     """
 
@@ -41,7 +41,7 @@ def touched(
 
     These are the facets that touch the area of the patch in plan.
 
-    corners : (F, 9) m, of the ground; marks : (F,) all STAYS before the call
+    corners : (F, 9) m (3 corners each), of the ground; marks : (F,) all STAYS before the call
     """
     found = np.empty(_mark(corners, locator, footprint, marks), np.int32)
     _collect(locator, footprint.block, marks, found)
@@ -76,7 +76,7 @@ def used_by_what_stays(
 def near_patch(thin: FloatArray, locator: BucketLocator, footprint: Footprint) -> NDArray[np.bool_]:
     """Return (N,) True for each of N triangles that touches the area of a patch in plan.
 
-    thin : (N, 9) m, corners of the triangles, which may have no area in plan
+    thin : (N, 9) m, three corners of each triangle, which may have no area in plan
     """
     out = np.zeros(len(thin), np.bool_)
     _near(thin, grid_of(locator), footprint, out)
@@ -88,7 +88,7 @@ def over_what_goes(
 ) -> NDArray[np.bool_]:
     """Return (N,) True for each point (N, 2) m that lies, in plan, in a facet marked GOES, which the patch removes.
 
-    corners : (F, 9) m, of the ground; marks : (F,) of the facets
+    corners : (F, 9) m (3 corners each), of the ground; marks : (F,) of the facets
     """
     out = np.zeros(len(points), np.bool_)
     _over(points, corners, locator, marks, out)
@@ -99,7 +99,8 @@ def over_what_goes(
 def _mark(corners: Any, locator: BucketLocator, footprint: Footprint, marks: Any) -> int:
     """Mark as _SEEN the facets of the ground that touch a facet of the patch; return the number of these facets.
 
-    corners : (F, 9) m, of the ground; marks : (F,) STAYS, GOES or _SEEN for each facet of the ground, changed
+    corners : (F, 9) m (3 corners each), of the ground
+    marks : (F,) STAYS, GOES or _SEEN for each facet of the ground, changed
     """
     count, block = 0, footprint.block
     for j in range(block.bottom, block.top):
@@ -136,7 +137,7 @@ def _collect(locator: BucketLocator, block: CellRectangle, marks: Any, found: An
 def _near(thin: Any, grid: Grid, footprint: Footprint, out: Any) -> None:
     """Write True into `out` for each triangle that touches the patch.
 
-    thin : (N, 9) m, corners of the triangles; out : (N,), changed
+    thin : (N, 9) m, three corners of each triangle; out : (N,), changed
     """
     block = footprint.block
     for f in range(len(thin)):
@@ -183,7 +184,8 @@ def _used(some: Any, vertices: Any, triangles: Any, locator: BucketLocator, mark
 def _over(points: Any, corners: Any, locator: BucketLocator, marks: Any, out: Any) -> None:
     """Write True into `out` for each point that lies, in plan, in a facet marked GOES.
 
-    points : (N, 2) m; corners : (F, 9) m, of the ground; marks : (F,) STAYS or GOES for each facet; out : (N,), changed
+    points : (N, 2) m; corners : (F, 9) m (3 corners each), of the ground
+    marks : (F,) STAYS or GOES for each facet; out : (N,), changed
     """
     for n in range(len(points)):
         px, py = points[n, 0], points[n, 1]
@@ -211,7 +213,7 @@ def _has(triangles: Any, f: int, v: int) -> bool:
 def _holds(corners: Any, f: int, px: float, py: float) -> bool:
     """Return True if a point lies in facet f in plan, edges included; the winding of the facet does not matter.
 
-    corners : (F, 9) m; px, py : m, the point
+    corners : (F, 9) m (3 corners each); px, py : m, the point
     """
     left, right = False, False
     for k in range(3):
@@ -226,7 +228,7 @@ def _holds(corners: Any, f: int, px: float, py: float) -> bool:
 def _any_touches(corners: Any, f: int, footprint: Footprint, c: int) -> bool:
     """Return True if facet f touches, in plan, a facet of the patch that has an entry in cell c.
 
-    corners : (F, 9) m, of the ground; c : number of the cell within the rectangle `footprint.block`
+    corners : (F, 9) m (3 corners each), of the ground; c : number of the cell within the rectangle `footprint.block`
     """
     come = footprint.entries
     for entry in range(come.starts[c], come.starts[c + 1]):
@@ -239,7 +241,7 @@ def _any_touches(corners: Any, f: int, footprint: Footprint, c: int) -> bool:
 def _touch(one: Any, f: int, other: Any, g: int, slack: float) -> bool:
     """Return True if triangles f and g are within the slack (m) of each other in plan.
 
-    one, other : (N, 9) m, arrays with the corners of f and of g
+    one, other : (N, 9) m (3 corners each), arrays with the corners of f and of g
 
     The triangles are farther apart if a side of f or g, or a gap between their boxes along x or y, separates them. The
     boxes are needed for a triangle without area in plan: its sides do not show a gap beyond its ends.
@@ -257,7 +259,7 @@ def _touch(one: Any, f: int, other: Any, g: int, slack: float) -> bool:
 def _parts(one: Any, f: int, other: Any, g: int, slack: float) -> bool:
     """Return True if one side of triangle f separates the triangles f and g in plan, by more than the slack (m).
 
-    one, other : (S, 9) m, arrays of corners that contain triangle f and triangle g
+    one, other : (S, 9) m (3 corners each), arrays of corners that contain triangle f and triangle g
     """
     for k in range(3):
         ax, ay = one[f, 3 * k], one[f, 3 * k + 1]

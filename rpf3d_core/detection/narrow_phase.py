@@ -265,7 +265,8 @@ def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, bes
     n : (3,) normal of the facet; t : time (s) when the arc meets the facet's plane, inf for never
     side : as in `Contact`; best : the earliest contact so far
 
-    A glancing arc that meets the plane outside the facet may enter the facet later (`_entry_time`).
+    A glancing arc that meets the plane outside the facet may enter the facet later (`_entry_time`). A glancing arc that
+    meets the back has no contact if the rock only came over an edge of the facet (`_came_over_edge`).
     """
     if t > best.t or t == math.inf:
         return best

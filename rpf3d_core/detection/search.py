@@ -132,7 +132,7 @@ def is_no_fall(contact: object) -> bool:
 
 @is_fall.rule(Contact)
 def is_marked(contact: Contact) -> bool:
-    """Return True if the contact has FALLEN in place of the facet."""
+    """Return True if the contact has FALLEN in place of the facet: the rock has fallen through the ground."""
     return contact.facet == FALLEN
 
 

@@ -132,7 +132,7 @@ def _sum_normals(corners: Any, normals: Any, slack: float, grid: Grid, band: Cel
 
     The loop runs over facets and not over buckets, to read memory in order.
 
-    corners, normals : (F, 9) m and (F, 3), of all facets; slack : m by which each facet is widened
+    corners, normals : (F, 9) m (3 corners each) and (F, 3), of all facets; slack : m by which each facet is widened
     band : the rows, from `bands`; planes : (C, 4) as in `SlabTable`, changed
     """
     for f in range(corners.shape[0]):
@@ -202,7 +202,8 @@ def _lean_one(planes: Any, row: int) -> None:
 def _raise_over_facets(corners: Any, slack: float, grid: Grid, band: CellRectangle, table: SlabTable) -> None:
     """Raise the slabs over a band of rows of buckets, at all levels, so that every facet lies below its slabs.
 
-    corners : (F, 9) m, of all facets; slack : m, by which each facet is widened; table : the slabs, changed
+    corners : (F, 9) m (3 corners each), of all facets; slack : m, by which each facet is widened
+    table : the slabs, changed
     """
     for f in range(corners.shape[0]):
         under = common(cells_under(corners, f, slack, grid), band)

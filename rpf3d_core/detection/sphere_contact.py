@@ -213,7 +213,7 @@ def _time_from_touch(b: float, a: float, course: Course) -> float:
 
 @kernel
 def stays_on(facets: Facets, f: int, p: Vec, v: Vec, a: Vec) -> bool:
-    """Return True if a sphere that touches the interior of facet f will still touch it: the foot crosses no edge.
+    """Return True if a sphere that touches the interior of facet f will keep touching it: the foot crosses no edge.
 
     p : m, the foot, that is the point of facet f that the sphere touches; or the centre of the sphere
     v, a : velocity (m/s) and acceleration (m/s^2) of p
@@ -368,8 +368,8 @@ def _time_on_rim(facets: Facets, course: Course, rim: EdgeOrCorner, q: Quartic, 
     """Return the time (s) when a flying sphere first touches an edge or a corner; inf for never.
 
     The polynomial q of time is the squared distance (m^2) from the edge or corner, minus the square of the radius
-    reduced by some tolerances. It falls through zero at most twice. The result is the first of these times at which the
-    sphere touches the edge between its ends (`_is_on`).
+    reduced by some tolerances. The polynomial falls through zero at most twice. The result is the first of these times
+    at which the sphere touches the edge between its ends (`_is_on`).
 
     rim : the edge or corner; begin, until : s, begin and end of the search
     """

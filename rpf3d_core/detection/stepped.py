@@ -61,7 +61,7 @@ def stepped(
 
 @plain_locator.rule(Stepped)
 def locator_of_heights(method: Stepped) -> Any:
-    """Return the locator without steps: effects such as drag layers have the exact height above the ground."""
+    """Return the locator inside `method`, which uses no time steps, so that heights above the ground are exact."""
     return method.locator
 
 

@@ -72,6 +72,8 @@ def always(layer: DragLayer) -> bool:
 def braked_by_the_layer(layer: DragLayer, motion: Motion, height: float, t: float, rock: RockContext) -> Motion:
     """Return the motion of a rock that the layer alone has braked for t seconds: the exact solution v exp(-c t / m).
 
+    Outside the layer, the motion is returned unchanged.
+
     height : of the rock above the ground (m), as in `in_air`
     """
     if height >= layer.height or not stands_at(layer.edges, motion.x):

@@ -177,7 +177,7 @@ def _room_for(rocks: int, models: Models) -> tuple[FloatArray, IntArray]:
 def _flown_by(
     workers: int, at_hand: int, crew: Crew, groups: Iterator[list[IntArray]], stop: Callable[[], bool] | None
 ) -> Iterator[list[WrittenRecords]]:
-    """Fly the batches, several on as many threads; yield the records to keep of each batch, in the batches' order.
+    """Fly batches on several threads, one batch on each; yield the kept records of each batch, in the batches' order.
 
     A new group starts as soon as fewer than `at_hand` batches are flying or waiting, until `stop` returns True. A
     single batch flies on the calling thread, because starting a thread takes longer than flying a few rocks.
@@ -268,7 +268,7 @@ def _look_at(crew: Crew, flown: Batch) -> WrittenRecords:
 
     The batch is also completed in place. With a watch, the final results get the largest heights. With recorded paths,
     the final results of spinning rocks get the largest energies, and times of fragments count from the release of the
-    whole rock.
+    whole rock. Without recorded paths (`Keep.record` is False), broken rocks are not collected.
 
     The records must be copied, because the next rocks overwrite the memory. The path of a failed rock is not kept: the
     path may contain invalid numbers, and then cannot be drawn.

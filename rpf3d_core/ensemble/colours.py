@@ -49,7 +49,9 @@ SPEED_COLOURS = np.array(
 
 
 def zone_groups(zones: Sequence[str]) -> tuple[list[str], NDArray[np.int64]]:
-    """Return groups of zones whose names differ only by a trailing number, and the group (Z,) of each zone.
+    """Return the names of the groups of Z zones, and the number (Z,) of each zone's group.
+
+    Zones whose names differ only by a trailing number form a group.
 
     Examples
     --------

@@ -73,9 +73,9 @@ class GroupedSample:
         return Sample.counted(self._values[some], self._counts[some], low, high)
 
     def percentiles(self, wanted: int, fewest: int) -> FloatArray:
-        """Return a percentile of each group (G,), as `Sample.percentiles`; NaN for fewer values than `fewest`.
+        """Return one percentile (G,) of each of G groups, in the unit of the values, as in `Sample.percentiles`.
 
-        The percentile has the unit of the values.
+        The result is NaN for a group without values, or with fewer values than `fewest`.
 
         wanted : the percentile, in percent
         """

@@ -178,6 +178,6 @@ def _fans(polygons: list[list[int]]) -> NDArray[np.int32]:
 
 
 def _indices(corners: NDArray[Any]) -> NDArray[np.int32]:
-    """Return point indices (any shape) in 32 bits; too large an index becomes -1, which a later check refuses."""
+    """Return point indices (any shape) in 32 bits; a wrong index (negative or too large) becomes -1, refused later."""
     fits = (corners >= 0) & (corners < 2**31)
     return np.where(fits, corners, -1).astype(np.int32)

@@ -354,7 +354,8 @@ def _contact_here(barriers: Barriers, k: int, rock: PassingRock, t: float, insta
     there, and both cross panel segment k.
 
     rock : `begin` to `end` are the rows of its impacts
-    instant : time (s) in which the rock moves by the slack; crossings within this time count as at the same place
+    instant : time (s) in which the rock moves by `barriers.slack` (m); contacts within this time of t count as at the
+        same place
     """
     here = ContactHere(q=-1, after=False)
     for q in range(rock.begin, rock.end):

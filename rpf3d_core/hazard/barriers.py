@@ -139,7 +139,7 @@ class BarrierTally:
         Raises
         ------
         ValueError
-            Only one of both parts counts each source.
+            Only one of the two parts counts each source separately.
         """
         if (self.sources is None) != (other.sources is None):
             raise ValueError("a part of another ensemble cannot be counted in: only one of both counts each source")

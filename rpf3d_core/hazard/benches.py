@@ -224,7 +224,10 @@ def _lost_section(bench: Bench) -> dict[str, Any]:
 
 
 def text_header(benches: Sequence[Bench]) -> tuple[str, ...]:
-    """Return the header of the printed table: with SOURCE if rows have sources, with AT_MOST if rocks were lost."""
+    """Return the header of the printed table.
+
+    The table has the column SOURCE if its rows have sources, and the column AT_MOST if rocks were lost to holes.
+    """
     source = (SOURCE,) if any(bench.source is not None for bench in benches) else ()
     most = (AT_MOST,) if _any_lost(benches) else ()
     return (*TEXT_HEADER[:1], *source, *TEXT_HEADER[1:2], *most, *TEXT_HEADER[2:])
@@ -235,10 +238,10 @@ def _any_lost(benches: Sequence[Bench]) -> bool:
 
 
 def text_rows(benches: Sequence[Bench]) -> list[tuple[str, ...]]:
-    """Return the rows of the printed table: the SHOWN zones with the largest shares reached, then all areas.
+    """Return the rows of the printed table: at most SHOWN (12) zones, then all areas.
 
-    Zones are in descending order of the shares. An area that no rock reached also has a row, because the user asked for
-    the area, and its interval is a result.
+    The zones are those with the largest shares of rocks that reached them, in descending order of these shares. An area
+    that no rock reached also has a row, because the user asked for the area, and its interval is a result.
     """
     areas = [bench for bench in benches if bench.kind == AREA]
     lost = _any_lost(benches)
@@ -325,7 +328,7 @@ def _energy_text(bench: Bench) -> str:
 def interval_text(ends: Sequence[float | None] | None, unit: float) -> str:
     """Return an interval as text, rounded outward, such as `443-778`; NOT_KNOWN if neither end is known.
 
-    If only one end is unknown, the text has UNKNOWN_END in its place.
+    If only one end is unknown, UNKNOWN_END replaces this end in the text.
 
     unit : number by which the ends are divided, such as 1000 for ends in J and text in kJ
     """
@@ -365,5 +368,8 @@ def in_percent(share: float, decimals: int, side: Side = NEAREST) -> str:
 
 
 def _decimals(share: float) -> int:
-    """Return the number of decimals, at most MOST_DECIMALS, for the first non-zero digit of a share > 0 in per cent."""
+    """Return the number of decimals that a share > 0 (-), written in per cent, needs to show its first non-zero digit.
+
+    The result is at most MOST_DECIMALS (4), and 0 for shares of 1 % or more.
+    """
     return min(max(0, -math.floor(math.log10(100.0 * share))), MOST_DECIMALS)

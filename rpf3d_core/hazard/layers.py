@@ -127,7 +127,7 @@ def _spread(tally: CellTally, found: Found, q: int, percentiles: StatisticArray)
 def _find_ranks(bins: Any, begin: int, ranks: Any, places: Any) -> None:
     """Write to `places` (N, P) the bin that contains the rock of each rank (N, P) in N cells.
 
-    bins : (N, B) counts; begin : column of the bin that has the number 0
+    bins : (N, B) counts; begin : column of the first bin of the quantity, which has the number 0 in `places`
     ranks : (N, P) place of the rock among the rocks of its cell in ascending order, from 1; ascending in each row
     """
     for s in range(len(ranks)):

@@ -86,8 +86,8 @@ def add_packed(tallies: Tallies, part: Sequence[PackedTally]) -> None:
     Raises
     ------
     ValueError
-        The part belongs to another ensemble: it has other cells, scales or limits of memory, or only one of both counts
-        path lengths.
+        The part belongs to another ensemble: it has other cells, scales or limits of memory, or only one of the two
+        counts path lengths.
     """
     for tally, other in zip(_four(tallies), part, strict=True):
         _add(tally, other)
@@ -132,7 +132,7 @@ def add_packed_sources(tallies: Tallies, part: PackedSources | None) -> None:
     Raises
     ------
     ValueError
-        As in `add_packed`, or only one of both counts each source.
+        As in `add_packed`, or only one of the two counts each source separately.
     """
     found = tallies.sources
     if (found is None) != (part is None):

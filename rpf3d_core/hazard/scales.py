@@ -58,7 +58,11 @@ class Scale(NamedTuple):
 
 
 def round_steps(low: float, high: float) -> tuple[float, ...]:
-    """Return the numbers in each power of ten that are labels of a logarithmic colour bar from low to high."""
+    """Return the leading digits of the labels of a logarithmic colour bar from `low` to `high`: (1, 2, 5) or (1,).
+
+    For (1, 2, 5), the labels are 1, 2 and 5 times each power of ten; for (1,), the powers of ten only. A bar with a
+    range of at most FEW_DECADES (1.7) powers of ten has 1, 2 and 5.
+    """
     return ROUND[:-1] if math.log10(high / low) <= FEW_DECADES else ROUND[:1]
 
 

@@ -146,7 +146,8 @@ def _classes(
 ) -> list[Zone]:
     """Return a hazard zone of a kind for each class of the matrix, the highest class first.
 
-    share (S,) -, energy (S,) J : of the reached cells; guessed : (S,) True where the largest energy replaces another
+    share (S,) -, energy (S,) J : of the reached cells; guessed : (S,) True where the largest energy replaces an unknown
+        percentile
     """
     row = np.searchsorted(matrix.energy_levels, energy, side="right")
     column = np.searchsorted(matrix.probability_levels, share, side="right")

@@ -108,7 +108,7 @@ def _upper(grid: _Grid, downhill: FloatArray, contour: FloatArray) -> Iterator[F
 
 
 def _without_gaps(falls: NDArray[np.bool_], lengths: FloatArray, closed: bool) -> tuple[NDArray[np.bool_], int]:
-    """Return flags (S,), True for segments in the upper part of a border, and the number of the first flag's segment.
+    """Return flags (S,), True for segments in the upper part of a border, and the number of the segment of flag 0.
 
     A segment is in the upper part if the face falls away from the segment. A gap is a series of segments from which the
     face does not fall away. A gap of at most JOINED (m) between two segments of the upper part belongs to the upper

@@ -115,7 +115,7 @@ def read_grids(files: Mapping[str, Path]) -> Grids:
 
 
 def _refuse_unusable_cells(path: Path, heights: FloatArray, transform: Affine) -> None:
-    """Refuse an elevation grid with an enclosed gap, or with cells that are not squares with north up."""
+    """Refuse an elevation grid with a gap amid cells with heights, or with cells that are not squares with north up."""
     across, down = transform.a, -transform.e
     if transform.b or transform.d or not np.isclose(across, down, rtol=SAME_CORNER) or across <= 0.0:
         raise InputError(f"{path}: its cells are {across:g} by {down:g} m; they must be squares, with north up")

@@ -151,7 +151,10 @@ def _sources(found: NewScene) -> Iterator[str]:
 
 
 def crest_numbers(found: NewScene) -> list[int]:
-    """Return a number for each crest, from 1 for the highest, as the parts of a split layer are numbered."""
+    """Return the number in the name of each crest, such as crest_2: 1 for the crest with the highest median altitude.
+
+    The separate surfaces of a layer that `terrain.split` splits are numbered in the same way, from the highest down.
+    """
     order = np.argsort([-_altitude(crest, found.choice_up) for crest in found.crests], kind="stable")
     return [int(place) + 1 for place in np.argsort(order)]
 

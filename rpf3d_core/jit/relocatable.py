@@ -1,7 +1,7 @@
 """Let all installed copies of one version of the package share the disk cache of compiled code.
 
 numba puts the path of the source file into the path of its cache, so that a new workspace, container or checkout would
-compile everything again. After an edit of a docstring, it would compile the functions of the file again, too. The
+compile everything again. After an edit of a docstring, numba would compile the functions of the file again, too. The
 folder of `cache.py` is already chosen by the code in the sources, so neither the place of the sources nor their text
 need count. This file depends on numba's internals: if the internals change, the import of this file fails,
 and `cache.py` works without this file.

@@ -10,9 +10,9 @@ is the smaller of (1 + e_t) 2/7 |v_c| and mu P, e_t the tangential restitution. 
 contact sticks (2/7 = 1 / (1 + m R^2 / I) of a solid sphere), else the contact slips.
 
 An impact removes slip and spin, and e_t returns part of both with opposite sign. With e_t = 0 the sphere rolls after
-the impact; with e_t = 1, enough friction and no rolling friction it is a super-ball. The impulses are computed in two
-steps: first for e_t = 0 with the limits mu P / (1 + e_t) and mu_r R P / (1 + e_t), then multiplied by 1 + e_t. As a
-function of this factor, kinetic energy is quadratic, with its minimum at a factor of at least 1. So
+the impact; with e_t = 1, enough friction and no rolling friction the sphere is a super-ball. The impulses are computed
+in two steps: first for e_t = 0 with the limits mu P / (1 + e_t) and mu_r R P / (1 + e_t), then multiplied by 1 + e_t.
+As a function of this factor, kinetic energy is quadratic, with its minimum at a factor of at least 1. So
 v^2 + 2/5 (R w)^2 never rises for e and e_t in [0, 1].
 
 The losses are proportional to the impulse, so they stay finite when impacts become many and small. In sustained contact

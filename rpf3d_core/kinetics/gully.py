@@ -136,7 +136,7 @@ def excursion(n_over: Vec, n_from: Vec, v: Vec, gravity: float) -> float:
 
 @kernel
 def thrown_out(n_first: Vec, n_second: Vec, v: Vec, restitution: tuple[float, float], gravity: float) -> float:
-    """Return how far (m) a rock climbs one facet of a gully after several bounces between both facets; 0 if it stays.
+    """Return how far (m) a rock climbs one facet of a gully after several bounces in the gully; 0 if the rock stays.
 
     If the rock could climb either facet, the result is the larger distance.
 

@@ -73,7 +73,7 @@ FEWEST_CORNERS = 3
 
 @dataclass(frozen=True, eq=False)
 class AreaOutline:
-    """An area of interest, prepared to find which places and paths lie inside; for one thread at a time.
+    """An area of interest, prepared to find which places and paths lie inside; only one thread at a time may use it.
 
     rings : rings of the area as polygons; a place inside an odd number of rings is inside the area
     hull : (H, 2) m, corners of the convex hull of the area

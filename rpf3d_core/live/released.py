@@ -157,8 +157,8 @@ def drawn_for(
 ) -> Draw:
     """Return a function that returns releases of rocks with some of the given numbers, as `releases_of` does.
 
-    For a few rocks, all releases are computed here at once: many clusters of a few rocks each would take NumPy much
-    longer one by one.
+    For at most AT_ONCE (16,384) rocks, all releases are computed here at once. For many clusters of a few rocks each,
+    separate computations would take much longer.
 
     numbers : two lists over all sources: number of the first rock, and the number after the last rock
     """

@@ -147,8 +147,8 @@ class Store:
         ground : the new terrain; survey : the whole survey that the terrain was built from, or the last patch
         is_patch : True if the survey is a patch; a patch that replaced the whole terrain is stored as a whole survey
 
-        A patched terrain is copied and stored whole after `most_patches` patches, if a survey is missing or damaged on
-        disk, or if no survey has been stored yet. The copy takes some hundredths of a second.
+        A patched terrain is copied and stored whole in three cases: `most_patches` patches are stored already, a survey
+        is missing or damaged on disk, or no survey has been stored yet. The copy takes some hundredths of a second.
         """
         follows = ground.patches > 0 and self._patches < self._most and self._last and not self._gap
         upon = self._last if follows else ""

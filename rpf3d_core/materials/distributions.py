@@ -17,7 +17,10 @@ FIXED, UNIFORM, NORMAL, LOGNORMAL, POWER_LAW, WEIBULL, TRIANGULAR = range(7)
 """The kinds of distributions (`Distribution.kind`), as numbers that compiled code can compare."""
 
 RAREST = 2.0**-54
-"""Replacement of the uniform number 0 where 0 would give an infinite result: half of the smallest number above 0."""
+"""Replacement of the uniform number 0 where 0 would give an infinite result.
+
+The value is half of 2^-53, which is the smallest uniform number above 0.
+"""
 COMMONEST = 1.0 - 2.0**-53
 """Largest float (-) below 1, and so the largest probability for which a Weibull number is finite."""
 LARGEST_EXPONENT = 700.0
@@ -111,7 +114,7 @@ def truncated_power_law(exponent: float, low: float, high: float) -> Distributio
 def truncated_weibull(shape: float, scale: float, low: float, high: float) -> Distribution:
     """Return the Weibull distribution P(< x) = 1 - exp(-(x/scale)^shape), truncated to two bounds.
 
-    shape, scale > 0, 0 <= low < high. With shape 1 it is an exponential distribution, with shape 2 a Rayleigh
+    shape, scale > 0, 0 <= low < high. With shape 1 the distribution is exponential, with shape 2 it is a Rayleigh
     distribution. Rosin and Rammler 1933 used this law for ground coal; today the law is also used for block sizes.
     """
     first, last = (_weibull(bound, shape, scale) for bound in (low, high))

@@ -30,7 +30,8 @@ HEADROOM = 1.05
 def blueprint(terrain: Terrain, samples: PathSamples, fastest: float, most_energy: float, hazard: bool = False) -> Any:
     """Return the layout of a run's recording in the viewer; the eye of the 3D views is ahead of the rocks and above.
 
-    fastest, most_energy : largest speed (m/s) and energy (J) in the plots
+    samples : points along the paths of the recording; fastest, most_energy : largest speed (m/s) and energy (J) in the
+        plots
     hazard : True to add a view for each hazard layer, and a page for the bench table
     """
     import rerun.blueprint as rrb

@@ -58,7 +58,7 @@ def bytes_by_entity(recording: Path) -> dict[str, int]:
 
 
 def content_of(recording: Path) -> RecordingContent:
-    """Return the rows of each entity and the last moment of a recording; raise InputError for other files."""
+    """Return the rows of each entity and the last moment of a recording; raise InputError for another file."""
     rows: Counter[str] = Counter()
     last: dict[str, Any] = {}
     for chunk in _chunks(recording):

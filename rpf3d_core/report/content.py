@@ -36,6 +36,7 @@ from rpf3d_core.report.words import (
     share_interval,
 )
 from rpf3d_core.results.inputs import ASSUMED
+from rpf3d_core.results.overconfidence import UNFINISHED
 from rpf3d_core.terrain.faces import LOWEST, STEEP
 from rpf3d_core.values import UNSTOPPED, Outcome
 
@@ -53,11 +54,7 @@ AT_BARRIERS = {
 NOT_STOPPED = {
     Outcome.LEFT_TERRAIN: "flew past the edge of the terrain",
     Outcome.LOST_TO_HOLE: "fell through holes of the terrain",
-    Outcome.MAX_TIME: "were still moving at max_time",
-    Outcome.MAX_IMPACTS: "reached max_impacts",
-    Outcome.UNRESOLVED_CONTACT: "were still in motion when their bounces had died out",
-    Outcome.FAILED: "failed",
-    Outcome.FELL_THROUGH: "were found below the ground: a fault of rpf3d",
+    **UNFINISHED,
 }
 """Words for the rocks with each outcome of `UNSTOPPED`, after their number."""
 if missing := set(UNSTOPPED) - set(NOT_STOPPED):
@@ -163,11 +160,11 @@ def _run_facts(run: RunFiles, site: str) -> Table:
 
 
 def _warnings(run: RunFiles, beyond: BeyondToe, steep: Sequence[str]) -> Iterator[str]:
-    """Yield the warnings at the top of the report: first changed inputs.
+    """Yield the warnings at the top of the report.
 
-    Between them: an interruption of the run, missing hazard maps, the warnings of the run, and the reasons why results
-    look too certain. Last: the numbers of rocks without a face below their release, the barriers on faces, and the
-    numbers of rocks that did not stop and that broke.
+    The order is: changed inputs; an interruption of the run; missing hazard maps; the warnings of the run; reasons why
+    results look too certain; rocks without a face below their release; barriers on faces; rocks that did not stop;
+    rocks that broke.
 
     steep : a clause on each barrier on a face, from `barriers_on_faces`
     """
@@ -296,7 +293,11 @@ def _some(zones: list[str]) -> str:
 
 
 def _for_fewest_rocks(run: RunFiles) -> str:
-    """Return words on the sampling interval of 0 rocks for the source with the fewest rocks; "" for one source."""
+    """Return the words after the sampling interval of a share of 0 rocks; "" for a scene with one source.
+
+    The words state that the interval counts the rocks of all sources, and give the wider interval of the source with
+    the fewest rocks.
+    """
     flown = [source for source in run.summary.get("sources", ()) if source["rocks"]]
     if not flown:
         return ""
@@ -306,7 +307,9 @@ def _for_fewest_rocks(run: RunFiles) -> str:
 
 
 def _if_lost_came(places: dict[str, dict[str, Any]]) -> str:
-    """Return a sentence on the share of rocks that reach zones if all rocks lost to holes do; "" without lost rocks.
+    """Return a sentence on the share of rocks that reach a zone if each lost rock counts as reaching it.
+
+    Lost rocks fell through holes of the terrain. The result is "" if no rock was lost.
 
     places : sections of zones in summary.json, which no rock reached
     """

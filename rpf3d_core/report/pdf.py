@@ -151,10 +151,12 @@ def _height(png: bytes, width: float) -> float:
 
 
 def _picture(number: int, place: PicturePlace, caption: str) -> str:
-    """Return a picture as typst; number : of the element.
+    """Return a picture as typst, after an invisible mark from which `_left` reads the position on the page (mm).
 
-    A mark before the picture records the position (mm) on the page. The mark stays on this page if the picture does not
-    fit there, until it is known that the picture goes to the next page: then the mark and a heading above it go, too.
+    If the picture does not fit on the page, typst puts the picture on the next page. The mark stays on the first page,
+    unless `place.is_next_page` is True: then the mark and a heading directly above it go to the next page, too.
+
+    number : of the element
     """
     sticky = "true" if place.is_next_page else "false"
     return (f"#block(height: 0pt, above: 10pt, below: 0pt, sticky: {sticky})"

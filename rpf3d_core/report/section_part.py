@@ -64,7 +64,10 @@ def section_part(run: RunFiles, toes: SourceToes, section: CriticalSection | Non
 
 
 def words_on_obliquity(section: CriticalSection) -> str:
-    """Return a sentence on a section that crosses its faces at an angle; "" for others, and without faces."""
+    """Return a sentence on a section that crosses its faces obliquely, by more than OBLIQUE (15 degrees); else "".
+
+    The result is also "" for a section without faces.
+    """
     if not section.obliquity > OBLIQUE:  # also if the obliquity is not known
         return ""
     return (f"Its faces fall towards {whole_degrees(section.downhill)}: the section crosses them at an angle, so they "

@@ -47,7 +47,8 @@ RESULT_NAMES = {
 def result_folder(folder: str | Path) -> Iterator[Path]:
     """Yield a hidden folder to write a result into; then rename it to `folder`, or delete it after an error.
 
-    So an incomplete folder never looks like a result, and an earlier result in `folder` survives an error.
+    So an incomplete folder never looks like a result, and an earlier result in `folder` survives an error. The files
+    PRICE_LIST of an earlier result are copied into the new folder.
 
     Raises
     ------

@@ -31,7 +31,7 @@ class Painting:
     """
 
     def __init__(self, second: SecondProcess | None = None) -> None:
-        """Draw in a second process, or in this process if `second` is None."""
+        """Set the process that draws the pictures: `second`, or this process if `second` is None."""
         self._second = second
         self.waited_s = 0.0
 

@@ -127,8 +127,8 @@ def check_scene(scene: Scene, show: Shown | None = None) -> Check:
 
     show : called with the extents of all inputs, and with sentences on inputs that look misplaced, after the terrain
         has been read, even if the terrain is then refused; not called if an earlier check fails, for example if a file
-        of points is damaged. If another input is refused, it is called again, without extents, with the remarks on
-        the terrain
+        of points is damaged. If another input is refused later, `show` is called again, with an empty list of extents
+        and the remarks on the terrain, if there are any
 
     Raises
     ------
@@ -168,9 +168,10 @@ def check_scene(scene: Scene, show: Shown | None = None) -> Check:
 
 @contextmanager
 def _remarks_before_refusal(faults: FaultReport, show: Shown | None) -> Iterator[None]:
-    """If an input is refused in this context, show the remarks on the terrain, which may say why.
+    """Context manager: if an input is refused in the `with` block, show the remarks on the terrain, which may say why.
 
-    For example, an input lies off a terrain whose file states another unit than that in which it is read.
+    The InputError is then raised again. For example, an input may lie off a terrain whose file states another unit than
+    the unit in which the file is read.
     """
     try:
         yield

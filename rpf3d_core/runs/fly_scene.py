@@ -242,7 +242,10 @@ def _check_known(prepared: Prepared, plan: Sequence[AnyRound], control: RunContr
 
 
 def _are_checked_in_turn(prepared: Prepared, control: RunControl) -> bool:
-    """Return True if each round is checked before it flies: with `rocks: auto`, only the first is certain to fly."""
+    """Return True if the releases of each later round are checked just before this round flies, not at the start.
+
+    This is so with `checks_in_turn`, and with `rocks: auto`, because then only the first round is certain to fly.
+    """
     return prepared.scene.rocks == "auto" or control.checks_in_turn
 
 

@@ -42,7 +42,10 @@ def set_tally(prepared: Prepared, sets: ParameterSets, tallies: Tallies) -> SetT
 
 
 LAP = 1024
-"""Approximate number of rocks that a parameter set flies in the first lap, before the next set flies."""
+"""Approximate number of rocks that a parameter set flies in the first lap, before the next set flies.
+
+A lap is a part of a round, with rocks of every parameter set.
+"""
 MOST_IN_LAP = 2**22
 """Largest number of rocks of all sets in a lap, unless the first lap has more.
 
@@ -111,7 +114,7 @@ class SetFlyer:
         return whole
 
     def _fly_sets(self, rocks: AnyRound, gathered: Gathered) -> bool:
-        """Fly the rocks of a round, set after set; return False if the run was stopped.
+        """Fly the rocks of a lap (a part of a round), set after set; return False if the run was stopped.
 
         A stop is checked before each set, because a set is often one batch, which always flies to its end.
         """

@@ -196,7 +196,10 @@ def merged(prepared: Prepared, parts: Sequence[RunPart]) -> Run:
 
 
 def check_files(scene: Scene, digests: Sequence[str]) -> None:
-    """Raise InputError if a digest of a scene from another process is not that of the scene and its files here."""
+    """Raise InputError if a digest from another process differs from the digest of the scene and its files here.
+
+    digests : of the same scene and its files, as other processes have read them
+    """
     here = scene_digest(scene)
     if any(digest != here for digest in digests):
         raise InputError(f"{scene.path}: a worker has read other files than are here; all must see the same ones")

@@ -152,7 +152,9 @@ def stops_in_pit(folder: Path, scene: Path) -> Counter[str]:
 
 
 def _bench_below(pit: Pit, altitude: float) -> str:
-    """Return the name of the highest bench that lies below an altitude (m), or at most ON_A_BENCH (1 m) above it.
+    """Return the name of the highest bench that lies below a rock, or at most ON_A_BENCH (1 m) above the rock.
+
+    altitude : of the rock (m)
 
     Names count from the top: bench_1 is the first bench below the crest.
     """

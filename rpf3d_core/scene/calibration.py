@@ -57,7 +57,7 @@ class GateSpec(StrictModel):
 
 
 class ShareSpec(StrictModel):
-    """The number of observed rocks that stopped in an area of interest or a section, or that reached it."""
+    """An observed count at one place, an area or a section: the rocks that stopped there, or that reached the place."""
 
     place: Name = Field(description="the name of an area of interest, or of a section of `observed`")
     stopped: Count | None = Field(

@@ -36,9 +36,12 @@ They stand for the key of a mapping, or for the chosen type of a union.
 """
 
 PLACES = {"[x, y, z]": "three numbers [x, y, z] (m)", "[x, y]": "two numbers [x, y] (m)"}
-"""The valid form of one item of a list in words, by the shape (such as `[x, y]`) in the description of the list."""
+"""Words for one point of a list, by the form of a point, such as `[x, y]`, in the description of the list.
+
+A message about a wrong point shows these words.
+"""
 ELSEWHERE = {"berm": "terrain.berms", "berms": "terrain.berms"}
-"""The right key path in the scene for keys that users write below `effects` by mistake, by the wrong key."""
+"""Right key path in the scene, by wrong key, for keys that users write below `effects` by mistake."""
 
 SECTIONS: dict[str, type[BaseModel]] = {
     "materials.ZONE": Material, "rock": RockSpec, "terrain": TerrainSpec, "sources[0]": SourceSpec,
@@ -52,7 +55,7 @@ A misspelling is preferred to another known key with the same meaning as the wro
 """
 
 SHARE, DISTRIBUTION = "a number from 0 to 1 (", "or a distribution"
-"""Texts in the requirement of a key whose value is a share, and of a key whose value may be a distribution."""
+"""Parts of a description of valid values that show that a value is a share, or may be a distribution."""
 RANGE = re.compile(r"([\d.]+)\s*(?:to|-|\.\.)\s*([\d.]+)")
 PERCENT = re.compile(r"(\d+(?:\.\d+)?)\s*(%?)")
 LEAST_PERCENT = 5.0

@@ -71,7 +71,7 @@ def _share(mean: float, sd: float, low: float | None = None, high: float | None 
 
 
 def _around(value: float) -> Range:
-    """Return the range from 10 % below to 10 % above a value, as the program r.stone uses it by default for draws."""
+    """Return the range from 10 % below to 10 % above a value: the default range of draws in the program r.stone."""
     return Range(low=round(value * (1.0 - STONE_SPREAD), 6), high=round(value * (1.0 + STONE_SPREAD), 6))
 
 

@@ -48,7 +48,7 @@ class MeasuredList(StrictModel):
 
     @model_serializer(mode="wrap")
     def _without_an_empty_column(self, plain: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Return the content of the section, without `column` if it is not given: the scene then keeps its digest."""
+        """Return the content of the section; leave out an unused `column`, so that old scenes keep their digest."""
         return {key: value for key, value in plain(self).items() if key != "column" or value is not None}
 
     def sizes(self, measure: str) -> Measured:

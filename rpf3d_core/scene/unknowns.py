@@ -1,7 +1,8 @@
 """Unknown values of a scene: priors of coefficients, and samples of parameter sets, such as those of a calibration.
 
 An unknown has one value for the whole site, but the value is not known: each parameter set of a run has another value.
-A distribution (`scene.draws`) is something else: it varies from rock to rock, or from impact to impact.
+A value from a distribution (`scene.draws`) is something else: such a value varies from rock to rock, or from impact to
+impact.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -123,7 +124,7 @@ def with_priors_apart(values: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _priors_in(value: Any, path: tuple[str, ...]) -> Iterator[tuple[str, PriorSpec]]:
-    """Yield the key path and the prior of each `{prior: ...}` in a value of a scene; path : keys that lead to it."""
+    """Yield the key path and the prior of each `{prior: ...}` in a value of a scene; path : keys to the value."""
     if not isinstance(value, Mapping):
         return
     if _is_prior(value, path):
@@ -170,7 +171,7 @@ def _sentence(detail: Any) -> tuple[str, tuple[str | int, ...]]:
 
 
 def _middles_in(value: Any, path: tuple[str, ...]) -> Any:
-    """Return a value of a scene with the middle of each prior in place of `{prior: ...}`; path : keys that lead to it.
+    """Return a value of a scene with the middle of each prior in place of `{prior: ...}`; path : keys to the value.
 
     Each `{prior: ...}` is one that `_priors_in` yields.
     """

@@ -101,10 +101,10 @@ def words_on_friction(materials: Sequence[str]) -> str:
 
 
 def unused_materials(scene: Scene, zones: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Return the names of unused materials and, for each, the materials that the zones fitting its name have instead.
+    """Return the materials that no zone has, by name, each with the materials that its zones have instead.
 
-    A material is unused if no zone has it. A zone fits if its name, or the name of the zone of which it is a part,
-    matches the name or pattern of the material. A tuple is empty if no zone fits.
+    "Its zones" are the zones whose name, or the name of the zone of which they are a part, matches the name or pattern
+    of the material. The tuple of a material is empty if it matches no zone.
 
     zones : names of the zones that have facets
 
@@ -163,7 +163,7 @@ def _kind(name: str) -> str:
 
 
 def _begin(name: str) -> str:
-    """Return the first word of a zone's name with the underscore that follows it; "" if it begins with no letter."""
+    """Return the first word of a zone's name, with the underscore after it; "" if the name begins with no letter."""
     found = BEGIN.match(name)
     return "" if found is None else found[0]
 

@@ -67,7 +67,7 @@ def compared(prepared: Prepared, names: tuple[str, ...], rocks: int) -> Compared
 def fly_all(
     what: Compared, values: FloatArray, advance: Callable[[int], None], stop: Callable[[], bool]
 ) -> FloatArray | None:
-    """Return the results (S, Y) of S parameter sets, in the units of `Compared.units`; None if `stop` returned True.
+    """Fly S parameter sets; return the results (S, Y) in the units of `Compared.units`, None if `stop` returned True.
 
     what : inputs of the analysis; values : (S, U) values of the U unknowns in each set, in the units of the scene
     advance : called with the number of sets flown
@@ -85,7 +85,7 @@ def fly_all(
 
 
 def results_of(what: Compared, values: Sequence[float] | FloatArray) -> FloatArray:
-    """Return the results (Y,) of one parameter set, in the units of `Compared.units`.
+    """Fly the rocks with one parameter set, and return the results (Y,) in the units of `Compared.units`.
 
     what : inputs of the analysis; values : (U,) values of the unknowns, in the units of the scene
     """

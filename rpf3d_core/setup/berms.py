@@ -28,9 +28,10 @@ LEAST_SHARE = 0.02
 MANY, CELLS = 200_000, 64
 """Number of facets from which `_near` reduces a terrain, and number of cells along each side of its search grid."""
 LOCAL = 2.0
-"""Length (m) over which one of two slopes at a foot is measured; the other slope is measured over half the width.
+"""Largest length (m), from the foot of a berm inwards, over which the second of two slopes is measured.
 
-Single facets are not used, because they are often rough.
+The first slope is measured from the foot to the berm's middle line. Single facets are not used, because they are often
+rough.
 """
 STEP, MOST_PLACES = 1.0, 100
 """Distance (m) between the places along a foot where slopes are measured; largest number of places on each side."""

@@ -55,7 +55,7 @@ class Round(NamedTuple):
 
 
 class EvenRound(NamedTuple):
-    """One round of `growing_rounds`.
+    """The rocks of one round, in an order that uses all release points and parameter sets evenly (`growing_rounds`).
 
     numbers : for each source, the numbers (N,) of its rocks in this round, in the order of flight
     """
@@ -98,8 +98,8 @@ AnyRound = Round | EvenRound
 def _shares_of_laps(rocks: int, first: int, most: int) -> list[Fraction]:
     """Return the shares (-) of the rocks of a round that have flown at the start and after each lap, from 0 to 1.
 
-    A further lap has a quarter of the rocks that have flown before, at most `most`; it has `first` rocks if this is
-    more. So if a run is stopped in lap 5 or later, a parameter set has flown at most 5/4 times as many rocks as
+    A further lap has a quarter of the rocks that have flown before, at most `most`, or `first` rocks if `first` is
+    larger. So if a run is stopped in lap 5 or later, a parameter set has flown at most 5/4 times as many rocks as
     another set; in laps 2, 3 and 4, at most 2, 3/2 and 4/3 times as many. In the first lap, a set may have flown none.
 
     first : approximate number of rocks of the first lap; most : largest number of rocks of a further lap

@@ -70,7 +70,7 @@ def weights_of(scene: Scene, shapes: int) -> tuple[float, ...]:
 
 
 def rock_of_scene(scene: Scene) -> AnyRock:
-    """Return the rocks of a scene: one rock for all, or distributions from which size and shape are drawn.
+    """Return the rocks of a scene: one rock for all or for each source, or distributions of size and shape.
 
     Raises
     ------

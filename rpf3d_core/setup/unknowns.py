@@ -75,7 +75,7 @@ def share_calibrated_elsewhere(scene: Scene, releases: FloatArray) -> float:
 
     The share is 0 without releases or without a sample, and if the file of the sample does not state the place.
 
-    releases : (N, 2) m, places in plan, in the coordinates of the input after it is turned so that z is up
+    releases : (N, 2) m, places in plan, in the coordinates of the input, with z turned up
 
     Raises
     ------

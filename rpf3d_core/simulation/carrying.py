@@ -33,7 +33,7 @@ class Hold(NamedTuple):
 
 @kernel
 def held_by(physics: Physics, state: State, contact: Contact, n: Vec, rock: RockContext) -> Hold:
-    """Return which facets carry a rock that has slid onto a facet, or is released on it, and the velocity it keeps.
+    """Return which facets carry a rock that has slid onto a facet, or is released on it, and its new velocity.
 
     The first case that applies decides:
 
@@ -110,7 +110,7 @@ def _held_line(physics: Physics, state: State, contact: Contact, n: Vec, slight:
 
 @kernel
 def _is_level_across(n: Vec, line: Vec) -> bool:
-    """Return True if gravity hardly pulls a rock across a line on a plane, so the smallest kink at the line holds it.
+    """Return True if gravity hardly pulls a rock across a line on a plane: the smallest kink there holds the rock.
 
     n : (3,) unit normal of the plane; line : (3,) unit vector in the plane
     """

@@ -119,8 +119,9 @@ def _kept_off(state: State, n: Vec) -> State:
 def _rising2(physics: Physics, state: State, n: Vec, rock: RockContext) -> float:
     """Return the largest squared speed (m^2/s^2) with which a rock may rise from a facet in this or a later bounce.
 
-    This speed decides whether the bounces are small. Usually it is the speed off the facet. But if an effect changes
-    the normal of the next impact, it is the total speed, because such an impact may turn the whole speed upwards.
+    This speed decides whether the bounces are small. Usually the result is the speed off the facet. But if an effect
+    changes the normal of the next impact, the result is the total speed, because such an impact may turn the whole
+    speed upwards.
 
     n : (3,) normal of the facet, turned towards the rock
     """

@@ -140,7 +140,7 @@ def roll_on(
 
 @kernel
 def _along_groove(physics: Physics, locator: Swept, x: Vec, v: Vec) -> Vec:
-    """Return the velocity (3,) m/s of a sphere after a slight impact; in a groove it is along the groove.
+    """Return the velocity (3,) m/s of a sphere after a slight impact; in a groove, along the groove.
 
     A sphere lies in a groove if two contacts would carry it at rest. A slight impact on one contact lifts the sphere
     off the other contact by micrometres. Without this function such hops would follow each other without end, and

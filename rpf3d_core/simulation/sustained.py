@@ -359,7 +359,8 @@ def _left_behind(left: PreviousContact, piece: SlideSegment, tolerance: float) -
 
     left : the facets of the segment; piece : the ground segment, which states the facet that the rock has slid off
 
-    If the segment is not longer than the tolerance (m), the result keeps `left.before`; otherwise `before` is -1.
+    If the segment is not longer than the tolerance (m), the rock made no progress, and the field `before` of `left` is
+    kept; otherwise `before` is -1.
     """
     facet = left.facet if piece.left_first else left.other
     return PreviousContact(

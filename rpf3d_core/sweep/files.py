@@ -96,11 +96,11 @@ def panels_of(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence
 
 
 def _panel(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[CellRecord], place: Place) -> Panel:
-    """Return the panel of a zone or barrier with the share of rocks that it retained; of an area, that reached it.
+    """Return the panel of a place: the share that a zone or barrier retained, or the share that reached an area.
 
     An area, such as a ramp, is to stay clear: the share that it retains says nothing about that. If the share that a
     zone or barrier retained is known in at least one cell, and at least NEARLY_ALL (90 %) in all cells in which it is
-    known, its panel shows the share of rocks that reached it, too.
+    known, its panel, as that of an area, shows the share of rocks that reached the place.
     """
     retained = [figure.value for record in records if (figure := figure_of(record, RETAINED, place))]
     least = min((value for value in retained if value is not None), default=0.0)

@@ -89,7 +89,7 @@ def figure_of(record: CellRecord, result: str, place: Place = ("", "")) -> Figur
 
 
 def share_rows(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[tuple[str, ...]]:
-    """Return the rows of shares for the screen: for each place, one row for each cell.
+    """Return the rows of shares for the screen: for each place, one row for each cell that has the place.
 
     A row has the values of the keys, the place, the share of rocks that reached the place, and the retained share (%).
     """
@@ -125,8 +125,9 @@ def have_unknowns(cells: Sequence[Cell]) -> bool:
 def notes_of(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
     """Return notes for the reader of the tables, as sentences.
 
-    The notes state what the intervals cover and, if true, that the cells share random numbers, that a p95 runout is
-    unknown or leaves rocks out, and that an end of an interval is unknown.
+    The notes state what the shares and intervals mean. If true, they also state that barriers caught rocks, that
+    figures are those of the worst source, that the cells share random numbers, that a p95 runout is unknown or leaves
+    rocks out, and that an end of an interval is unknown.
     """
     brackets = _on_brackets(cells, records)
     notes = [f"reached: of all rocks; retained: of the rocks that reached the place; in brackets {brackets}"]

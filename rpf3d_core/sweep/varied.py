@@ -32,7 +32,8 @@ def varied_of(text: str) -> Varied:
     Raises
     ------
     InputError
-        The text has no key or no values, or is not YAML; the message shows the text.
+        The text has no key or no values, is not YAML, has a range that `_evenly_spaced` refuses, or has numbers with a
+        wrong separator, such as 5;11. The message shows the text.
     """
     key, _, written = text.partition("=")
     if not key.strip() or not written.strip():

@@ -89,7 +89,8 @@ def with_closed_seams(terrain: Terrain, edges: Edges) -> ClosedTerrain:
 def may_have_seams(sides: FloatArray) -> bool:
     """Return True if the rim of a terrain has a vertex close to a side, so that seams may have to be closed.
 
-    A vertex within a crack counts, too, so the answer may be True for a terrain without seams.
+    A vertex within a crack counts, too, so the answer may be True for a terrain without seams. For a rim of more than
+    MOST_SIDES sides the answer is False, because its seams are not closed.
 
     sides : (S, 3, 3) m, the sides of the rim: begin, end and third corner of the facet
     """

@@ -25,7 +25,7 @@ def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, F
     another ring, or that crosses itself in its own plane, remain as well.
 
     border : (B, 3, 3) m, begin and end of each side and third corner of its facet, from `border.border_of`
-    crack : width (m) up to which a hole is a crack; the sides of a crack are removed, but it gets no triangles
+    crack : width (m) up to which a hole is a crack; the sides of a crack are removed, but the crack gets no triangles
     """
     label = _ring_of(border)
     areas, looks = _sums(border, label)

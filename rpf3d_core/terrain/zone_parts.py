@@ -100,10 +100,10 @@ def parts_by_height(terrain: Terrain, edges: Edges) -> list[ZoneParts]:
 def joined_benches(terrain: Terrain, edges: Edges) -> list[Joined]:
     """Return the zones with a surface that joins benches at several heights; `parts_by_height` does not separate them.
 
-    Level ground is a set of facets of one surface that are connected by edges and less steep than LEVEL; it counts from
-    LEAST_AREA on. A surface joins benches if the mean heights of its level grounds differ by LOWEST or more, and if
-    these grounds are at least the share MOSTLY of its area. The result is empty for rough surveys, whose facets on
-    benches are steeper than LEVEL. Of several such surfaces of a zone, the one with most heights is returned.
+    Level ground is a set of facets of one surface that are connected by edges and less steep than LEVEL, and whose area
+    is at least LEAST_AREA. A surface joins benches if the mean heights of its level grounds differ by LOWEST or more,
+    and if these grounds are at least the share MOSTLY of its area. The result is empty for rough surveys, whose facets
+    on benches are steeper than LEVEL. Of several such surfaces of a zone, the one with most heights is returned.
     """
     one, other, _ = shared_by_two(edges)
     same = terrain.zone[one] == terrain.zone[other]

@@ -63,10 +63,10 @@ class DecisionListener(Protocol):
         """Publish the alert of a decision; evidence : the evidence of the decision, None if there is no answer."""
 
     def logged(self, fault: str) -> None:
-        """Report why the last decision, or refused acknowledgement, is not on disk; fault : reason, "" if on disk."""
+        """Report whether the last decision, or refused acknowledgement, is on disk; fault : why not, "" if it is."""
 
     def remembered(self, fault: str) -> None:
-        """Report why the state that the next start needs could not be saved; fault : the reason, "" if it was saved.
+        """Report whether the state that the next start needs was saved; fault : why it was not saved, "" if it was.
 
         The state describes what the node has received, such as refused messages, and the topics that have published.
         """

@@ -97,11 +97,12 @@ class PlaceChecks:
         return [update.unreported, update.trigger]
 
     def acknowledged(self, by: str, shown: Collection[str]) -> tuple[str, ...]:
-        """Note an acknowledgement by a person; return the topics whose faults of unreported places it ends.
+        """Note an acknowledgement by a person; return the topics with a fault of their places that it ends.
 
         An acknowledgement counts only for the places and faults that the person saw. If several persons must
         acknowledge, only what all of them saw counts. Acknowledged places are forgotten. The fault of unreported places
-        ends if no place of the topic is left; otherwise the other places are simulated again.
+        ends if no place of the topic is left; otherwise the other places are simulated again. A fault of forgotten
+        places ends at once.
 
         shown : the faults of the last alert. A fault that is not shown yet cannot be acknowledged
         """

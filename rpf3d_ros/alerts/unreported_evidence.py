@@ -98,7 +98,7 @@ class CheckedPlaces:
 
     @property
     def is_open(self) -> bool:
-        """True if danger was possible at the places, a message without them is answered, and the places are not."""
+        """True if danger was possible at the places, their answer is missing, and a message without them has one."""
         return bool(self.expected) and self.main_ns >= self.expected[0].stamp_ns and self.danger_ns >= self.oldest_ns
 
     @property
@@ -111,7 +111,7 @@ class CheckedPlaces:
         """True if danger was shown and did not end, or if it is not known whether there is danger.
 
         It is not known while a message with sources or new unreported places are not answered. After all answers were
-        forgotten, `is_suspect` is True for every topic, but this property only if it was before.
+        forgotten, `is_suspect` is True for every topic, but this property is True only if it was True before.
         """
         is_unanswered = self.received_ns > self.main_ns or any(each.stamp_ns != ANY for each in self.expected)
         return bool(self.has_danger or self.stands or self.is_dangerous or self.why_failed or is_unanswered)
@@ -320,7 +320,7 @@ class UnreportedEvidence:
         return f"{_begin(topic, one.where)} {verdict}: {REMEDY}"
 
     def _is_harmless(self, evidence: Evidence) -> bool:
-        """Return True if an answer shows no danger and enough rocks flew, or if there is no area yet."""
+        """Return True if an answer without danger counts: enough rocks flew to judge all areas, or there is no area."""
         return is_judged(evidence, self._thresholds) or not (evidence.areas or self._has_areas)
 
     def ends_ns(self) -> list[int]:
@@ -348,7 +348,7 @@ class UnreportedEvidence:
             return tuple(topic for topic, one in self._topics.items() if one.is_in_danger)
 
     def is_due(self, topic: str) -> bool:
-        """Return True if the unreported places of a topic must be simulated again, because they could not be."""
+        """Return True if the unreported places of a topic must be simulated again because the last attempt failed."""
         with self._lock:
             return topic in self._topics and self._topics[topic].is_due
 

@@ -63,8 +63,9 @@ class TerrainListener(Protocol):
     def stands(self, ground: LiveTerrain, what: str, holes: int = 0) -> None:
         """Report that the terrain `ground` is in use.
 
-        what : a sentence on how it was made; holes : number of points that are missing inside the patches since the
-            last whole survey, so that the terrain there has its former heights
+        what : a sentence on how the terrain was made
+        holes : number of points that are missing inside the patches since the last whole survey, so that the terrain
+            there has its former heights
         """
 
     def terrain_refused(self, why: str) -> None:

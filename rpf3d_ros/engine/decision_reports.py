@@ -60,7 +60,7 @@ class DecisionReports:
             self._outlets.alerts.sound_alarm()
 
     def unwritten(self) -> None:
-        """Report that a decision waits, probably for the disk, and sound the alarm, because it is not published yet."""
+        """Report that a decision is not published yet because it waits, probably for the disk; and sound the alarm."""
         why = f"the disk does not respond: a decision has waited for {LONGEST_WRITE:g} s and is not published yet"
         self._outlets.health.set("decision log", ERROR, why)
         self._outlets.alerts.sound_alarm()
@@ -71,12 +71,12 @@ class DecisionReports:
         self._outlets.health.set("run", ERROR, f"no decision: {type(error).__name__}: {error}")
 
     def logged(self, fault: str) -> None:
-        """Report why the last decision, or refused acknowledgement, is not on disk; fault : reason, "" if on disk."""
+        """Report whether the last decision, or refused acknowledgement, is on disk; fault : why not, "" if it is."""
         self._not_logged, self._missing = fault, self._missing or bool(fault)
         self._report_log()
 
     def remembered(self, fault: str) -> None:
-        """Report why the state for the next start could not be saved; fault : the reason, "" if it was saved."""
+        """Report whether the state for the next start was saved; fault : why it was not saved, "" if it was."""
         if fault != self._not_remembered:
             self._not_remembered = fault
             self._report_log()

@@ -1,8 +1,8 @@
 """Detect messages of a topic that were published, but lost before they could be read.
 
 The middleware keeps the newest messages of a topic until they are read; `depth` is their largest number. If more
-arrive, it deletes the oldest, and neither counts nor reports them. A network can lose messages, too. Because each
-publisher numbers its messages, a loss is a gap in the numbers.
+messages arrive, the middleware deletes the oldest, and neither counts nor reports them. A network can lose messages,
+too. Because each publisher numbers its messages, a loss is a gap in the numbers.
 """
 
 from collections.abc import Callable, Hashable

@@ -106,13 +106,13 @@ class Connection(NamedTuple):
 
 
 MUTE_SENSOR = "check the sensor; a sensor that sees nothing must publish empty messages"
-"""What to do about a mute topic of sources."""
+"""Advice in the fault of a mute topic of sources: its publisher is connected, but no message was accepted."""
 
 MUTE_AREA = (
     "publish the area again, because the node receives no message from before its activation (an empty message if "
     "there is no area)"
 )
-"""What to do about a mute topic of areas."""
+"""Advice in the fault of a mute topic of areas: its publisher is connected, but no message was accepted."""
 
 
 class MuteTopics:

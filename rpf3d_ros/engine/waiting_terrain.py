@@ -286,7 +286,8 @@ class WaitingTerrain(Generic[M]):
         missing. As in `accepted`, other surveys that waited are dropped.
 
         lost : number of patches that were in the terrain, but are no longer in it
-        is_rebuilt : True if the terrain was built from the survey again; patches that the survey lacks then follow it
+        is_rebuilt : True if the terrain was built from the survey again; patches that the survey lacks are then put in
+            again
         """
         with self._changed:
             tried = self._tried

@@ -18,7 +18,7 @@ NEWEST = 0
 
 MESH_HAS_NO_STAMP = "a mesh has no stamp"
 AREAS_STAY = "an area stays where it was when it was received"
-"""The reasons, for error messages, why the frame of a mesh (MESH_HAS_NO_STAMP) or of an area must be static."""
+"""Why the frame of an area must be static, for the error message; MESH_HAS_NO_STAMP is the reason for a mesh."""
 
 
 class FoundTransform(NamedTuple):

@@ -1,7 +1,7 @@
 """Keep a program running while the reader of its output hangs: output that would have to wait is dropped.
 
-rclpy's logger holds Python's global lock while it writes. If standard error is a full pipe, it stops all threads of the
-process.
+rclpy's logger holds Python's global lock while it writes. If standard error is a full pipe, the logger stops all
+threads of the process.
 """
 
 import contextlib

@@ -163,7 +163,7 @@ def by_name(drawn: Mapping[str, Drawn], root: str, what: str) -> dict[str, Drawn
     drawn : the shapes by namespace; root : the prefix
     what : what the names are, for the error message, such as "level"
 
-    Raises MessageRefused for a namespace without the prefix.
+    Raises MessageRefused for a namespace without the prefix or without a name.
     """
     for namespace in drawn:
         if not namespace.removeprefix(root).strip("/") or not namespace.startswith(root):

@@ -173,9 +173,9 @@ class RecordingFiles:
         self._begun(self.path)
 
     def _begin_again(self, lost: int) -> None:
-        """Try to begin a new file, at most once every RETRY seconds.
+        """Try to begin a new file. Raises OSError at once if the last attempt is less than RETRY seconds ago.
 
-        lost : number of entries that are lost if this fails
+        lost : number of entries that count as lost if no file is begun
         """
         if self._monotonic() < self._retry_at:
             self.lost += lost

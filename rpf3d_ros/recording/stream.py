@@ -35,7 +35,7 @@ UNKNOWN, PERCENT = 255, 100
 """Value of a grid cell (one byte) whose reach probability is unknown; largest percentage."""
 
 FARTHER = 1.5
-"""Factor: the viewer's eye moves if trajectories extend farther than this many times the extent it was placed for."""
+"""Factor by which trajectories must extend farther than those for which the eye was last placed, to move the eye."""
 
 FLUSH_TIMEOUT = 60.0
 """Timeout of a flush (s); the terrain of 2.3 million triangles takes 1.3 s to write."""

@@ -30,7 +30,8 @@ class _Content:
     """The content of a LandXML file, as far as it has been parsed; the methods are callbacks of the parser expat.
 
     surfaces : names; point_ids, points, faces : for each surface, the texts of its elements
-    unit : key of the stated unit of length, None for metres; epsg : the stated EPSG code, None if none is stated
+    unit : stated unit of length, a key of `units.LENGTHS`, None if it is missing or unknown
+    epsg : the stated EPSG code, None if none is stated
     hidden : number of invisible faces; others : names of elements that are not read
     text : parts of the text of the point or face that is open; None if none is open, or the face is invisible
     """

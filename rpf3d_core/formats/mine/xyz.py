@@ -107,7 +107,10 @@ def _all_at_once(path: Path, layout: _Layout, places: list[int]) -> FloatArray |
 
 
 def _class_cells(path: Path, layout: _Layout) -> FloatArray | None:
-    """Return the numbers (N,) in the column of classes, read line by line; None without numbers in each line."""
+    """Return the numbers (N,) in the column of classes, read line by line.
+
+    The result is None if the file has no such column, or if a cell of the column is not a number.
+    """
     if layout.class_column is None:
         return None
     rows = list(rows_of(path, text_of(path)))[1:]

@@ -114,7 +114,9 @@ class DisplacedTally:
         )
 
     def _in_plan(self, sources: SourceSets, known: NDArray[np.bool_]) -> SourceSets:
-        """Return the counts for each source, from the displaced paths in each zone that has an area in plan.
+        """Return the counts of each source in zones and areas, from the displaced paths.
+
+        In zones without an area in plan, the counts are from the paths as simulated.
 
         sources : counts from the simulated paths, not displaced; known : (Z,) flag of each zone with an area in plan
         """

@@ -47,8 +47,8 @@ class SetCounts(NamedTuple):
 class BarrierSets:
     """The counts at B barriers, for each parameter set: call `begin` before the rocks of a set fly.
 
-    The object changes the tally of the run, which does the counting: its counts for each source start again, empty and
-    for each set.
+    The tally of the run does the counting; `begin` selects the parameter set to which the tally adds rocks. Creating
+    the object empties the tally's counts for each source: from then on, they are kept separately for each set.
 
     tally : counts at the barriers of the run, empty so far; sets : number of parameter sets
     """

@@ -266,7 +266,10 @@ class SetTally:
         return self._totals[number]
 
     def watch_of(self, number: int) -> Watch:
-        """Return the function to call with each batch of set `number`; call `watch_of` before the rocks fly."""
+        """Return the function to call with each batch of set `number`; call `watch_of` before the rocks fly.
+
+        The call also starts the counts of this set at barriers.
+        """
         if self._barriers is not None:
             self._barriers.begin(number)
         return self._tallies if self._displaced is None else self._displaced.watch_of(number, self._tallies)

@@ -82,8 +82,9 @@ def worst_benches(terrain: Terrain, maps: HazardMaps) -> list[Bench]:
     - `energy_p95` is the largest of all sources and of all rocks together.
     - `reached_at_most` is the largest of all sources; `lost` is of all rocks.
 
-    The interval of a source is at the level 1 - 0.05 / S, so that chance selects none of S equal sources with a
-    probability above 5 %; the table shows its 95 % interval. For a scene with one source, the table is `bench_table`.
+    To select sources, the interval of each of S sources has the level 1 - 0.05 / S. So if all sources are equal, chance
+    selects one of them with a probability of at most 5 %. The table shows 95 % intervals. For a scene with
+    one source, the table is `bench_table`.
     """
     everything = bench_table(terrain, maps)
     if maps.sources is None:
@@ -120,7 +121,10 @@ def _retained_at_most(bench: Bench) -> float:
 
 
 class _Worst(NamedTuple):
-    """Numbers of the worst sources for each figure, one for each zone, then one for each area; ALL for all rocks."""
+    """For each figure, the number of the worst source in each zone, then in each area; ALL (-1) for all rocks together.
+
+    lost : the source with the largest share of rocks that reached the place or were lost to holes
+    """
 
     reached: list[int]
     retained: list[int]

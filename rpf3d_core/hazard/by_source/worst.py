@@ -33,20 +33,21 @@ class Counts(NamedTuple):
 
 
 def with_largest_share(counts: Counts) -> IntArray:
-    """Return for each place the source (P,) with the largest lower end of a share; ALL if no source is clearly worse.
+    """Return for each place the source (P,) whose share has the highest lower end; ALL if none is clearly worse.
 
-    The result contains numbers of sources. A source is clearly worse if the lower end of its interval is above the
-    interval of all rocks.
+    The result contains numbers of sources. The ends are those of the interval of the share. A source is clearly worse
+    if the lower end of its interval is above the interval of all rocks.
     """
     low = _lower_ends(counts)
     return np.where(low.max(axis=0) > _ends_of_all(counts)[1], low.argmax(axis=0), ALL)
 
 
 def with_smallest_share(counts: Counts) -> IntArray:
-    """Return for each place the source (P,) with the smallest upper end of a share; ALL if no source is clearly worse.
+    """Return for each place the source (P,) whose share has the lowest upper end; ALL if none is clearly worse.
 
-    The result contains numbers of sources. A source is clearly worse if the upper end of its interval is below the
-    interval of all rocks. Sources without rocks in the denominator do not count.
+    The result contains numbers of sources. The ends are those of the interval of the share. A source is clearly worse
+    if the upper end of its interval is below the interval of all rocks. Sources without rocks in the denominator do not
+    count.
     """
     high = np.where(counts.each_of > 0, _ends(counts)[1], 2.0)
     return np.where(high.min(axis=0) < _ends_of_all(counts)[0], high.argmin(axis=0), ALL)
@@ -67,9 +68,11 @@ def clearly_above(counts: Counts) -> Any:
 
 
 def further_figures(count: int, of: str) -> str:
-    """Return a sentence, after a space, that `count` more figures differ as clearly; "" for 0.
+    """Return the sentence " {count} more figures of {of} differ as clearly.", with a leading space; "" for 0.
 
-    of : words for what the figures describe, such as "the bench table"
+    The sentence follows a warning about one figure that differs between a source and all rocks.
+
+    count : number of further figures; of : words for what the figures describe, such as "the bench table"
     """
     if not count:
         return ""

@@ -36,11 +36,11 @@ def has_source_barriers(maps: HazardMaps) -> bool:
 def worst_at_barriers(maps: HazardMaps) -> dict[str, list[int]]:
     """Return for each figure of summary.json the number of the worst source at each of B barriers; ALL for all rocks.
 
-    - `reached`, and the shares LARGEST: the source whose interval has the largest lower end, if the source is clearly
-      worse than all rocks (`hazard.by_source.worst`).
-    - The shares SMALLEST: the source whose interval has the smallest upper end, if the source is clearly worse.
-    - P95_OF: the source with the largest p95, if this p95 is above the p95 of all rocks. Only sources with at least 20
-      rocks there count.
+    - `reached`, and the shares named in LARGEST: the source whose interval has the largest lower end, if the source is
+      clearly worse than all rocks (`hazard.by_source.worst`).
+    - The shares named in SMALLEST: the source whose interval has the smallest upper end, if it is clearly worse.
+    - The energy and the height named in P95_OF: the source with the largest p95, if this p95 is above the p95 of all
+      rocks. Only sources with at least 20 rocks there count.
 
     maps : of a scene for which `has_source_barriers` is True
     """
@@ -75,7 +75,8 @@ def hidden_at_barriers(maps: HazardMaps) -> list[str]:
 def _hidden(maps: HazardMaps) -> Iterator[tuple[float, str]]:
     """Yield a difference (-) and words for each share of a source at a barrier that the share of all rocks hides.
 
-    The difference is between the share of the source and the share of all rocks. The shares are LARGEST and SMALLEST.
+    The difference is between the share of the source and the share of all rocks. The shares are those named in LARGEST
+    and SMALLEST.
     """
     worst = worst_at_barriers(maps)
     for name, words in {**LARGEST, **SMALLEST}.items():

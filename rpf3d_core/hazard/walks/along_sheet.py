@@ -113,7 +113,7 @@ def _crossing_over(ground: WalkedTerrain, arc: Arc, f: int) -> FacetCrossing:
     """Return how the line of an arc crosses facet f, if the line enters the facet at or before the start of the arc.
 
     Returns NO_CROSSING if the line enters facet f later or never, or if other facets lie above or below facet f.
-    The line may also leave facet f before the start of the arc: `walk_sheet` then follows it over the next facets.
+    The line may also leave facet f before the start of the arc: `walk_sheet` then follows the line to the next facets.
     """
     facets = ground.facets
     a0, c0 = along_across(facets, f, 0, arc)

@@ -51,7 +51,7 @@ def walk_buckets(walk: Walk, begin: float) -> None:
 
 @kernel
 def _visit_bucket(walk: Walk, i: int, j: int, begin: float, leave: float) -> None:
-    """Record visits to the facets below a track while it is over the bucket (search square) in column i and row j.
+    """Record visits to the facets below the part of a track over one bucket (search square), in column i and row j.
 
     begin, leave : times (s) at which the track enters and leaves the bucket
     """

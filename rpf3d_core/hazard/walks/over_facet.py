@@ -88,9 +88,9 @@ def largest_height(facets: Facets, f: int, arc: Arc, low: float, high: float) ->
 
 @kernel
 def above_plane(facets: Facets, f: int, arc: Arc) -> tuple[float, float]:
-    """Return (c, b): the height c (m) of an arc's start above the plane of facet f, and the rate b (m/s) of c there.
+    """Return the vertical height c of an arc above the plane of facet f at the start of the arc, and the rate b of c.
 
-    After t (s) the height is c + b t - g t^2 / 2, with the gravity g of the arc.
+    c : m; b : m/s. After t (s) the height is c + b t - g t^2 / 2, with the gravity g of the arc.
     """
     n = stored_normal(facets, f)
     return dot(n, subtract(arc.x, corner(facets, f, 0))) / n[2], dot(n, arc.v) / n[2]

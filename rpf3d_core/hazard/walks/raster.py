@@ -9,10 +9,11 @@ from rpf3d_core.jit.dispatch import kernel
 
 @kernel
 def walk_raster(raster: Raster, visits: Visits, track: Track, mass: float) -> None:
-    """Record a visit to every map cell that a track crosses, but not to a cell that it only touches at a corner.
+    """Record a visit to every map cell that a track crosses, but not to a cell touched only at a corner.
 
-    A track that starts on the border of two cells may belong to the wrong cell by rounding. The computed time at which
-    it leaves this cell may then be long before its start, so a visit never ends before it begins.
+    By rounding, a track that starts on the border of two cells may count as starting in the wrong cell. The computed
+    time at which the track leaves this cell may then be long before the start of the track. In this case, the visit
+    ends when it begins.
 
     mass : of the rock (kg)
     """

@@ -126,7 +126,7 @@ def _lies_in_clear_buckets(sheet: Sheet, locator: BucketLocator, facets: Facets,
 
 @kernel
 def _is_clear(sheet: Sheet, locator: BucketLocator, facets: Facets, i: int, j: int) -> bool:
-    """Return True if the bucket in column i and row j is clear: exactly one facet lies over each place of it.
+    """Return True if the bucket in column i and row j is clear: exactly one facet lies over each place of the bucket.
 
     The result is False if this is not certain, for example for a bucket with more than CROWDED (64) facets.
     """

@@ -47,8 +47,8 @@ class Track(NamedTuple):
     spin : a `TrackSpin`, linear along the track; None if rocks do not spin
 
     A time along a track is exact for a flight. On a chord, such a time is the covered share of the chord's length times
-    the duration, as if the speed were constant. `time_at` and `speed2_at` convert it to the time since the release and
-    to the squared speed.
+    the duration, as if the speed were constant. `time_at` and `speed2_at` convert a time along a track to the time
+    since the release and to the squared speed.
     """
 
     arc: Arc

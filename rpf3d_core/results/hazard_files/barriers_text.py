@@ -44,21 +44,22 @@ Ends = Sequence[float | None] | None
 
 
 def text_header(maps: HazardMaps) -> tuple[str, ...]:
-    """Return the header of the table.
+    """Return the header of the printed table of barriers.
 
-    The table has a column of sources with several sources, and of predictive intervals with parameter sets.
+    For a scene with several sources, the table has a column of sources. For a run over parameter sets, the table has a
+    column of predictive intervals.
     """
     begin = (*HEADER[:2], SOURCE, *HEADER[2:]) if has_source_barriers(maps) else HEADER
     return (*begin, SAMPLING) if maps.sets is None else (*begin, PREDICTIVE, SAMPLING)
 
 
 def notes_below(maps: HazardMaps) -> list[str]:
-    """Return the notes under the table."""
+    """Return the notes under the printed table of barriers."""
     return [NOTE, *([NOTE_ON_SOURCES] if has_source_barriers(maps) else []), SAMPLING_NOTE]
 
 
 def text_rows(maps: HazardMaps) -> list[tuple[str, ...]]:
-    """Return the rows of the table, with the columns of `text_header`, in the scene's order of barriers."""
+    """Return the rows of the printed table, with the columns of `text_header`, in the scene's order of barriers."""
     rows, together = [], barriers_section(maps)
     for name, facts in shown_section(maps).items():
         largest = together[name]["first_energy_j"]["max"]

@@ -168,7 +168,8 @@ def _write(
 ) -> None:  # fmt: skip
     """Write one GeoTIFF from the values of S cells.
 
-    If tiles without values are not written, rasterio fills them with the value for missing data.
+    In a tiled file of a quantity that is NaN in cells without rocks, only tiles with values are written. rasterio fills
+    the other tiles with NaN.
 
     bands : for each band, the values (S,) of the cells
     cells : (S,) raster indices of the cells; None for the cells that rocks reached

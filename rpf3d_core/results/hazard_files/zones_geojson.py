@@ -95,8 +95,8 @@ def hazard_zones(maps: HazardMaps, spec: HazardSpec) -> Sequence[Zone]:
 def zones_without_cells(terrain: Terrain, maps: HazardMaps, spec: HazardSpec) -> list[str]:
     """Return sentences for the user on requested hazard zones that have no cells, and so are not in zones.geojson.
 
-    Zones of the upper end of the predictive interval are not mentioned. Zones of the worst source are mentioned if they
-    have cells where all rocks together have none.
+    Zones of the upper end of the predictive interval are not mentioned. A zone of the worst
+    source is mentioned if it has cells, but the zone of all sources together for the same level or class has none.
     """
     zones, cell = hazard_zones(maps, spec), f"no cell of {maps.raster.cell:g} m"
     missing = [zone for zone in zones if zone.kind in (REACH, CLASS) and not zone.cells.any()]
@@ -114,7 +114,10 @@ def zones_without_cells(terrain: Terrain, maps: HazardMaps, spec: HazardSpec) ->
 
 
 def _absent(zones: Sequence[Zone], kind: str, missing: Sequence[Zone]) -> str:
-    """Return the end of a sentence on zones without cells, with the number of such zones that the worst source has.
+    """Return the end of a sentence on hazard zones that have no cells for the rocks of all sources together.
+
+    The text states that zones.geojson does not have these zones, and for how many of them it has the zone of the worst
+    source of each cell.
 
     zones : all requested zones; kind : kind of the zones of the worst source, for the sentence
     missing : the zones of all rocks together that have no cells

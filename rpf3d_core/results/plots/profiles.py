@@ -47,8 +47,8 @@ def write_profile_plots(
     sources : (sources,) str
         Names of the scene's sources.
     samples : PathSamples
-        Paths of the rocks in the overview. The sections show three of these rocks: the rocks of shortest, median
-        and longest runout.
+        Paths of the rocks in the overview. The sections show at most three of these rocks: the rocks of shortest,
+        median and longest runout.
     gravity : float
         Gravity of the scene (m/s^2).
     flown : RunCounts

@@ -25,7 +25,8 @@ class SceneField:
     """One field of a scene, described for a program that offers the field in another form, such as a ROS parameter.
 
     key : key in the scene file, with dots; in a mapping with names of the user, such as zones, the key below `default`
-    kind : bool, int, float or str; None if the field takes a list, a file or a mapping with names of the user
+    kind : bool, int, float or str; None if the field, or a required parameter of the effect that it names, takes a
+        list, a file or a mapping with names of the user
     default : default value; None if the field is required or the default is not a bool, int, float or str
     description : valid values and meaning in words
     choices : valid values of a str or an int, () if all values are valid
@@ -117,8 +118,7 @@ def _effect(key: str, field: FieldInfo, model_spec: type[ModelSpec]) -> SceneFie
 
 
 def _is_nameable(field: FieldInfo) -> bool:
-    """Return True if a name and single values can state a model or effect: no required parameter is a list or a file.
-    """
+    """Return True if a name and single values can state a model or effect: no required parameter is a list or file."""
     model_spec = _part(field.annotation)
     assert model_spec is not None
     required = [each for each in model_spec.model_fields.values() if each.is_required()]

@@ -9,7 +9,7 @@ from rpf3d_core.scene.values import InputFile, Number, StrictModel, refuse
 
 DORREN_BERGER = "Dorren and Berger 2006"
 THICKEST = 500.0
-"""Largest stem diameter (cm) that a scene may have; the thickest trees of the Alps have half of it."""
+"""Largest stem diameter (cm) that a scene may have; the thickest trees of the Alps are half as thick."""
 DENSEST = 20_000.0
 """Largest number of stems per hectare that a scene may have; thickets have fewer stems that stop a rock."""
 

@@ -69,7 +69,7 @@ class ModelSpec(StrictModel):
 
 
 def loaded(path: str) -> Any:
-    """Import a module and return an object of it, such as a class; path : `module:name` of module and object."""
+    """Import a module and return one of its objects, such as a class; path : `module:name` of module and object."""
     module, name = path.split(":")
     return getattr(import_module(module), name)
 

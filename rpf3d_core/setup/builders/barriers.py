@@ -136,12 +136,13 @@ def _sections(model_spec: BarriersSpec, scene: Scene, terrain: Terrain) -> Itera
 
 
 def _in_one_place(sections: Sequence[_Straight], slack: float) -> Iterator[_Straight]:
-    """Yield sections, each moved onto the line of the first earlier section of another barrier that it nearly lies on.
+    """Yield the sections of barriers; move a section that nearly lies on a line of an earlier section onto this line.
 
-    A rock meets the vertical plane of a section. The flight loop treats planes within the slack of each other as planes
-    at the same place, so that a rock meets each of them once (`effects/barriers.py`). Of three planes, the first may be
-    within the slack of the second, and the second within the slack of the third, but not the first of the third: then a
-    rock would meet one of them twice.
+    Only sections of other barriers count, the first one first. A rock meets the vertical plane of a section. The flight
+    loop treats planes within the slack of each other as planes at the same place, so that a rock meets each of them
+    once (`effects/barriers.py`). Of three planes, the first may be within the slack of the second, and the second
+    within the slack of the third, but not the first of the third: then a rock would meet one of them twice.
+
     After the move, two planes are either in one place or farther apart than the slack. Exception: planes that cross
     each other at an angle of less than the slack over their length.
 
@@ -160,7 +161,7 @@ def _nearly_on(lines: FloatArray, section: FloatArray, slack: float) -> NDArray[
     """Return flags (N,), True for each line on which a section nearly lies.
 
     Both ends of the section are then at most `slack` from the line, extended beyond its ends. Along the line, the
-    section overlaps it, or lies at most `slack` beyond one of its ends.
+    section overlaps the line, or lies at most `slack` beyond one end of the line.
 
     lines : (N, 2, 2) m, ends of the lines in plan; section : (2, 2) m, ends of the section
     slack : m, largest distance of both ends of the section from the line

@@ -25,7 +25,7 @@ A source is suspicious if all its rocks start higher.
 AT_CREST = 5.0
 """Distance (m) to the nearest ground up to which a rock is at a crest, although the face's foot may be far below."""
 FIRST_LOOK = 100
-"""Approximate number of rocks that are looked at before all others."""
+"""Approximate number of rocks that are checked first; if one of them is misplaced, no further rocks are checked."""
 MOSTLY = 0.5
 """Smallest share (-) of a source's rocks at a crest for which the source is at a crest."""
 MOST_TRIED = 500
@@ -60,10 +60,10 @@ def _step_over(places: int, every: int) -> int:
 
 
 def looked_at(prepared: Prepared, most: int) -> tuple[Releases, list[SourceHeight]]:
-    """Return releases of about `most` rocks, and the start heights of each source.
+    """Return the releases of about `most` rocks, and the start heights of each source's rocks above the terrain.
 
-    If rocks of a first look are under the ground or off the terrain, the result has only the FIRST_LOOK rocks of this
-    look: the search for the ground takes a hundred times as long where there is none below a rock.
+    First, about FIRST_LOOK rocks are checked. If one of these rocks is under the ground or off the terrain, the result
+    has only these rocks: the search for the ground takes a hundred times as long where there is no ground below a rock.
     """
     for number in (FIRST_LOOK, most):
         releases = some_releases(prepared, number)

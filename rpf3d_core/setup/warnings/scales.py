@@ -74,9 +74,10 @@ def _strong_barriers(scene: Scene) -> Iterator[str]:
 
 
 def _speeds(scene: Scene) -> Iterator[str]:
-    """Yield a warning for each release speed too high for a loose rock, and each stop speed at which rocks still move.
+    """Yield a warning for each release speed too high for a loose rock, and each stop speed that is too high.
 
-    A stop speed that stops every rock is intended, and gives no warning.
+    A stop speed is too high if it stops rocks that still move fast. A stop speed of STOPS_ALL (m/s) or more stops every
+    rock, which is intended, and gives no warning.
     """
     for number, source in enumerate(scene.sources):
         if source.fastest > MOST_RELEASE_SPEED:

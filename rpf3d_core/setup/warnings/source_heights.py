@@ -15,7 +15,7 @@ class SourceHeight:
     """The start heights of one source's rocks above the terrain, which show whether the source is misplaced.
 
     rocks : number of rocks; checked : number of checked rocks, to which all further values apply
-    lowest, highest : m, heights of the lowest and highest start above the terrain; inf and -inf if no rock is above it
+    lowest, highest : m, heights of the lowest and highest start above the terrain; inf and -inf if there is none
     under_ground : number of rocks below the terrain
     off_terrain : number of rocks without terrain below or above
     """

@@ -296,7 +296,7 @@ def _swapped(box: Box) -> Box:
 def _unknown_systems(terrain: Extent, others: Sequence[Extent], crs: str | None) -> Iterator[str]:
     """Yield a sentence for each reference system of other inputs that cannot be compared with that of the terrain.
 
-    Either the stated system is unknown, or that of the terrain. A system in degrees is left out.
+    The stated system is unknown, or the system of the terrain is unknown. A system in degrees is left out.
 
     others : extents of the inputs other than the terrain; crs : reference system of the terrain, None if unknown
     """

@@ -41,7 +41,7 @@ from rpf3d_core.vectors import add, cross, dot, norm, scale
 OFF = 0.25
 """Largest error of a gap that a step may have, as a share of the skin (-)."""
 NEAR, PUSH = 0.75, 0.3
-"""Share of the skin (-) below which a step enlarges a gap, and share (-) of the missing gap that it then adds."""
+"""Gap, as a share of the skin (-), below which a step enlarges it; share (-) of the missing gap that the step adds."""
 LIFT = 0.05
 """Largest speed (m/s) with which a step enlarges a gap that is too small."""
 SLOW = 0.1

@@ -54,7 +54,7 @@ MAX_IMPACTS, FAILED = int(Outcome.MAX_IMPACTS), int(Outcome.FAILED)
 def meet(body: Body, room: BodyRoom, physics: Physics, ride: Ride, rock: RockContext, record: Record) -> Ride:
     """Return the state of a flying body that touches the ground: in contact, or in flight again after an impact.
 
-    There is an impact if the body approaches the ground fast enough (`hits`); it is recorded.
+    There is an impact if the body approaches the ground fast enough (`hits`); the impact is recorded.
     """
     count = contacts_of(body, room, room.points, physics, ride.motion, rock, ride.moved)
     at_ground = in_contact(ride, ride.motion, count, ride.tally, ride.passed)

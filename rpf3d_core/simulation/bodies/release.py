@@ -23,7 +23,7 @@ CLEAR = 1.5
 NEAR = 1.1
 """Distance from the body's centre within which facets are examined, divided by the body's reach (-)."""
 NO, YES, CROWDED = 0, 1, 2
-"""Results of a test of a position: a facet is too near; it is clear; the facets nearby do not fit into the memory."""
+"""Results of a test of a position: a facet is too near; none is too near; the facets nearby do not fit into memory."""
 UNRESOLVED = int(Outcome.UNRESOLVED_CONTACT)
 
 

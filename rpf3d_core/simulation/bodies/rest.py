@@ -44,7 +44,7 @@ STANDING, HELD, CRAWLING, LEANING = int(Stop.STANDS), int(Stop.HELD), int(Stop.S
 class Rest(NamedTuple):
     """The times (s) since which a body stands, is slow, and has stayed in one place.
 
-    stands : inf if the body does not stand; slow : inf if it is faster than the ground's stop speed
+    stands : inf if the body does not stand; slow : inf if the body is faster than the ground's stop speed
     held : time since which it has moved less than the skin, the distance from the ground at which contact begins
     x, q : position (3,) m and orientation at the time `held`
     """
@@ -84,7 +84,7 @@ def mean_speed(body: Body, begin: BodyMotion, end: BodyMotion) -> float:
 def after_step(body: Body, rest: Rest, end: BodyMotion, speed: float, stop_speed: float) -> Rest:
     """Return the `Rest` of a body after a step in contact.
 
-    rest : before the step; end : motion after it; speed : of the body in the step, from `mean_speed` (m/s)
+    rest : before the step; end : motion after the step; speed : of the body in the step, from `mean_speed` (m/s)
     stop_speed : of the ground (m/s)
     """
     stands = min(rest.stands, end.t) if speed <= STANDS else math.inf

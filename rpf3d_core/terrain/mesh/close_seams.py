@@ -145,10 +145,11 @@ def _facet_of(rows: Numbers, parts: Parts, count: int) -> Numbers:
 
 
 def _that_damage(pairs: Near, rim: Rim, parts: Parts, damaged: Numbers, crack: float) -> NDArray[np.bool_]:
-    """Return flags (N,): true for the pairs to leave out, because they make damaged parts.
+    """Return flags (N,): true for the pairs that must be left out, because they make damaged parts of facets.
 
-    Of each facet with damaged parts, the pair of the farthest vertex is left out that is a corner of a damaged part and
-    farther from its side than a crack. If there is no such vertex, all pairs of the facet are left out.
+    For each facet with damaged parts, one pair is flagged. Candidates are the pairs whose vertex is a corner of a
+    damaged part and is farther from its side than a crack; the farthest vertex is chosen. Without a candidate, all
+    pairs of the facet are flagged.
 
     rim : the rim of the mesh; parts : the mesh after facets were cut; damaged : (D,) rows of damaged parts; crack : m
     """

@@ -17,7 +17,7 @@ from rpf3d_core.terrain.mesh.edges import edges_of
 
 
 def pieces_of(terrain: Terrain) -> IntArray:
-    """Return the number (F,) of the piece of terrain to which each facet belongs: the smallest vertex number in it.
+    """Return the number (F,) of the piece of terrain of each facet: the smallest number of a vertex in the piece.
 
     A piece is a group of facets that are connected by common vertices.
     """

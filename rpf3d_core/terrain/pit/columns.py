@@ -51,12 +51,12 @@ class Spacing(NamedTuple):
 class Columns(NamedTuple):
     """The P points of a pit in N columns (profiles from the floor outwards), sorted by column, then outwards.
 
-    column : (P,) number of the column ; offset : (P,) m, from the floor outline ; height : (P,) m above the floor
+    column : (P,) number of the column; offset : (P,) m, from the floor outline; height : (P,) m above the floor
     key_ahead : (P,) sorting key of the point for the triangles between its column and the next column
     key_behind : (P,) sorting key of the point for the triangles between its column and the previous column
-    row : (P,) index into `rows`, -1 off the wall ; ramp : (P,) turn of the ramp, from 0, at the point; -1 off the ramp
+    row : (P,) index into `rows`, -1 off the wall; ramp : (P,) turn of the ramp, from 0, at the point; -1 off the ramp
     at_foot, at_top : (P,) true if the point is on the first, or the last, line across the ramp
-    rows : the W rows of the wall ; wall : (W, N) m, offset of every row in every column, also of points left out
+    rows : the W rows of the wall; wall : (W, N) m, offset of every row in every column, also of points left out
     around : number of columns N
     """
 
@@ -77,8 +77,8 @@ class Columns(NamedTuple):
 class RampTurn(NamedTuple):
     """One turn of the ramp, where it crosses the N columns; every array is (N,).
 
-    exists : true where the ramp exists ; face : number of the bench face that the ramp cuts
-    part : share of the height of this bench face that is below the ramp (-) ; height : of the ramp, m
+    exists : true where the ramp exists; face : number of the bench face that the ramp cuts
+    part : share of the height of this bench face that is below the ramp (-); height : of the ramp, m
     inner, outer : offsets of the ramp's edges from the floor outline, m
     coordinate : bench coordinate of the height (-), see `Design.bench_coordinate`
     """

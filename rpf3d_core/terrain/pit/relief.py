@@ -116,8 +116,8 @@ def hills(design: Design, columns: Columns, points: FloatArray) -> FloatArray:
 class Spill(NamedTuple):
     """A cone of loose rock (spill) that lies on bench `level`, against the bench face behind it.
 
-    p : fraction of a turn around the pit ; level : number of the level, counted from the floor
-    across, along : reach of the spill across and along the bench, m ; height : m
+    p : fraction of a turn around the pit; level : number of the level, counted from the floor
+    across, along : reach of the spill across and along the bench, m; height : m
     """
 
     p: float
