@@ -230,6 +230,8 @@ def _steep_facets(scene: Scene, number: int, terrain: Terrain) -> ReleaseTriangl
         meant = f"; did you mean {near!r}?" if near else ""
         raise _refused(scene, number, "zone", f"is {pattern!r}, but the zones are {', '.join(terrain.zones)}{meant}")
     corners = corners[areas_of(corners) > 0.0]
+    if not len(corners):
+        raise _refused(scene, number, "zone", f"is {pattern!r}, but no facet of this zone has an area")
     slopes = _slopes(corners)
     if least is not None and not (slopes > least).any():
         steepest = f"the steepest facet of {pattern!r} has {slopes.max(initial=0.0):.1f} degrees"

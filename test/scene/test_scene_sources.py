@@ -122,6 +122,18 @@ def test_an_area_without_facets_is_refused_with_what_there_is(tmp_path: Path, so
     assert re.match(rf"scene\.yaml, line \d+: {re.escape(sentence)}", refusal(tmp_path, source))
 
 
+@pytest.mark.parametrize("steep", ["", ", steeper_than_deg: 10"])
+def test_a_zone_whose_facets_have_no_area_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, steep: str
+) -> None:
+    thin = np.array([[[-5.0, 0.0, 0.0], [0.0, 0.0, 0.0], [5.0, 0.0, 0.0]]])  # a break line that is saved as a triangle
+    write_binary_stl(tmp_path / "thin.stl", thin)
+    with_thin = SCENE.replace("zone: face_1}}", "zone: face_1}}, {{path: thin.stl, zone: thin}}")
+    monkeypatch.setattr(f"{__name__}.SCENE", with_thin)
+    sentence = refusal(tmp_path, f"zone: thin{steep}")
+    assert "`sources[1].zone` is 'thin', but no facet of this zone has an area" in sentence
+
+
 @pytest.mark.parametrize(("up", "north"), [("z", [0, 1, 0]), ("y", [0, 0, -1])])
 def test_azimuth_zero_is_north_in_the_axes_of_the_input(tmp_path: Path, up: str, north: list[float]) -> None:
     run = read(tmp_path, "zone: berm_1, speed: 3, azimuth_deg: 0, above_ground: 1", up)
