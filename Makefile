@@ -17,7 +17,7 @@ help:
 	@echo "make test                tests of every part; some minutes"
 	@echo "make test-long           the tests that make test leaves out"
 	@echo "make test-all            all tests; half an hour"
-	@echo "make lint                ruff, mypy on the core, spelling, and words that the texts of rpf3d avoid (test/support/habits.txt)"
+	@echo "make lint                ruff, mypy on the core, spelling, and words that the texts of rpf3d avoid (test/support/suite/habits.txt)"
 	@echo "make docs                the documentation as a website, with a reference of all functions; in out/docs"
 	@echo "make guards              remove each guard of the hard cases in a copy of the code, and check that its test fails"
 	@echo "make campaign            4,000 examples of each property; 850 damaged files and 10,000 damaged messages of each kind; an hour or more"
@@ -76,13 +76,13 @@ demo-ros: venv
 # One worker more than cores, because the tests of live nodes mostly wait. Processes that tests start write no byte code
 # (test/conftest.py), so .byte-code compiles it in advance. Byte code is valid for the hash of its source, not for the time
 # of the file, because two edits may have the same time. The byte code of the tests is always written: this saves 10 s per
-# worker. The files that take longest come first (test/support/longest_first.py).
+# worker. The files that take longest come first (test/support/suite/longest_first.py).
 PYTEST = PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --dist loadfile --no-loadscope-reorder -n $$($(BIN)/python -c 'import os; print(len(os.sched_getaffinity(0)) + 1)')
 
 .byte-code: venv
 	@$(BYTE_CODE) --invalidation-mode checked-hash rpf3d_core rpf3d_ros
 
-# The tests without the mark `long`, which also the tests in test/support/long_tests.txt have: some tests of every file.
+# The tests without the mark `long`, which also the tests in test/support/suite/long_tests.txt have: some tests of every file.
 test: .byte-code
 	$(PYTEST) -m "not long"
 
@@ -102,12 +102,14 @@ campaign: venv
 	RPF3D_MUTATIONS=850 $(BIN)/python -m pytest -n auto test/formats/test_mutated_files.py
 	RPF3D_MUTATIONS=10000 $(BIN)/python -m pytest -n auto test/ros/messages/test_damaged_messages.py
 
+# `-m` finds the programs of these campaigns in test/support.
+never-below never-green never-green-live never-green-guards campaign-bodies engines-blocks recovery: export PYTHONPATH := test/support:.
+
 # Report: docs/explanation/never-below.md.
 never-below: venv
-	$(BIN)/python test/support/never_below.py --rebound constant --rebound coulomb_limited
+	$(BIN)/python -m campaigns.never_below --rebound constant --rebound coulomb_limited
 
 # Report of these three: docs/explanation/never-green.md.
-never-green never-green-live never-green-guards: export PYTHONPATH := test/support:.
 never-green: venv
 	$(BIN)/python -m never_green.campaign --count 2000
 
@@ -119,11 +121,11 @@ never-green-guards: venv
 
 # Report: docs/explanation/never-below.md.
 campaign-bodies: venv
-	$(BIN)/python test/support/bodies_on_meshes.py --bodies 3000 --each 6 --first 901
+	$(BIN)/python -m campaigns.bodies_on_meshes --bodies 3000 --each 6 --first 901
 
 # Report: docs/explanation/bodies.md.
 engines-blocks: venv
-	$(BIN)/python test/support/blocks_on_both_engines.py config/scenes/authume_p1_blocks.yaml --blocks 1000
+	$(BIN)/python -m campaigns.blocks_on_both_engines config/scenes/authume_p1_blocks.yaml --blocks 1000
 
 # The long tests of test/ros/faults with a running simulator: 1,250 damaged messages on each of eight topics, and a flood of
 # messages for one minute.
@@ -141,11 +143,11 @@ lint: venv
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/codespell
-	$(BIN)/python test/support/habits.py
+	$(BIN)/python test/support/suite/habits.py
 
 # Fails unless 85 to 95 of 100 intervals contain the true value. Report: docs/reference/calibration.md.
 recovery: venv
-	$(BIN)/python test/support/recovery.py --count 100
+	$(BIN)/python -m campaigns.recovery --count 100
 
 bench: venv
 	$(BIN)/python benchmarks/large_mesh.py

@@ -19,7 +19,7 @@ from typing import Any
 ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "test" / "support")]
 
-from browsers import browser  # noqa: E402  (the path above is for it)
+from programs.browsers import browser  # noqa: E402  (the path above is for it)
 
 DEMO = ROOT / "config" / "scenes" / "demo.yaml"
 LONGEST = 300_000

@@ -30,8 +30,8 @@ def write_all(folder: Path, side: int) -> list[Path]:
 
     With the default side, the clouds have 4 million points (LAS, LAZ), 2 million (E57) and 1 million (text).
     """
-    from mine_files import at_site, write_e57, write_landxml, write_las, write_omf, write_surpac
-    from terrain_files import grid
+    from input_files.mine_files import at_site, write_e57, write_landxml, write_las, write_omf, write_surpac
+    from input_files.terrain_files import grid
 
     from rpf3d_core.results.mesh_writer import write_mesh
     from rpf3d_core.terrain.survey import mesh_terrain

@@ -7,9 +7,9 @@ import time
 from pathlib import Path
 
 import pytest
-from compiled_once import compile_once
 from hypothesis import HealthCheck, settings
-from longest_first import long_tests, longest_first
+from suite.compiled_once import compile_once
+from suite.longest_first import long_tests, longest_first
 
 # The time of an example on a busy machine does not depend on what is tested. The examples are the same in each run;
 # for those of test/properties, `make campaign` tries others.

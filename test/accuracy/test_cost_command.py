@@ -6,8 +6,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from command_line import call, refused
-from small_pit import HAZARD_CELL, scene_file
+from programs.command_line import call, refused
+from scenes.small_pit import HAZARD_CELL, scene_file
 
 from rpf3d_core.accuracy import geometric, in_contact, measure, numerical, statistical
 from rpf3d_core.accuracy.files import read_price_list, write_price_list

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 import pytest
-from price_lists import price_list
-from small_pit import scene_file
+from scenes.price_lists import price_list
+from scenes.small_pit import scene_file
 
 from rpf3d_core.accuracy.choice import errors_of_scene, largest
 from rpf3d_core.accuracy.parametric import OverSets, over_sets

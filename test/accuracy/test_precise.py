@@ -7,8 +7,8 @@ from pathlib import Path
 import mpmath
 import numpy as np
 import pytest
-from scenes_of_facets import engine_over, flight, floor, fly, incline, rough_grid, surface
-from small_pit import scene_file
+from flights.scenes_of_facets import engine_over, flight, floor, fly, incline, rough_grid, surface
+from scenes.small_pit import scene_file
 
 from rpf3d_core.accuracy import flown
 from rpf3d_core.accuracy.precise import RecordedImpact, impacts_in_digits, off_exact

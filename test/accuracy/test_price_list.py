@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from price_lists import STEPS, price_list
-from scenes_of_facets import engine_over, flight, floor, fly, joined, rough_grid, surface
+from flights.scenes_of_facets import engine_over, flight, floor, fly, joined, rough_grid, surface
+from scenes.price_lists import STEPS, price_list
 
 from rpf3d_core.accuracy.choice import (
     MOST_ROCKS,

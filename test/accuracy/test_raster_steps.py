@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes_of_facets import down_the_slope, engine_over, flight, fly, incline, rough_grid, surface
+from flights.scenes_of_facets import down_the_slope, engine_over, flight, fly, incline, rough_grid, surface
 
 from rpf3d_core.accuracy.numerical import under_ground
 from rpf3d_core.accuracy.on_raster import rastered

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from price_lists import STEPS, price_list
+from scenes.price_lists import STEPS, price_list
 
 from rpf3d_core.accuracy.price_list import EVENTS, Priced
 from rpf3d_core.accuracy.series import series_of, word_of

@@ -4,7 +4,17 @@ import math
 
 import numpy as np
 import pytest
-from scenes_of_facets import ENGINES, down_the_slope, engine_over, flight, floor, fly, incline, rough_grid, surface
+from flights.scenes_of_facets import (
+    ENGINES,
+    down_the_slope,
+    engine_over,
+    flight,
+    floor,
+    fly,
+    incline,
+    rough_grid,
+    surface,
+)
 
 from rpf3d_core.accuracy import numerical
 from rpf3d_core.accuracy.flown import flight_seconds, spread

@@ -1,7 +1,7 @@
 """Tests of the decision for each area: the same rules as for the site, applied to one area."""
 
 import pytest
-from alert_evidence import NOW, RAMP, S, area, decided, evidence, later, seen_by, site
+from live_sites.alert_evidence import NOW, RAMP, S, area, decided, evidence, later, seen_by, site
 
 from rpf3d_core.alerts.decide import decide
 from rpf3d_core.alerts.evidence import Evidence

@@ -5,8 +5,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from alert_evidence import NOW, RAMP, SHIFT, S, area, evidence, later, logged_shift, site
-from command_line import call, refused
+from live_sites.alert_evidence import NOW, RAMP, SHIFT, S, area, evidence, later, logged_shift, site
+from programs.command_line import call, refused
 
 from rpf3d_core.alerts import audit
 from rpf3d_core.alerts.audit import areas_changed, audit_log

@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 import pytest
-from alert_evidence import (
+from live_sites.alert_evidence import (
     EVACUATE,
     FLOWN,
     NORMAL,

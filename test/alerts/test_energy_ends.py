@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from alert_evidence import NOW, area, decided, evidence, origin, site
+from live_sites.alert_evidence import NOW, area, decided, evidence, origin, site
 
 from rpf3d_core.alerts import limits
 from rpf3d_core.alerts.audit import audit_log

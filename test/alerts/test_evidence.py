@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from alert_evidence import NOW, S, area, decided, site
-from flights_on_a_floor import floor, maps_of, scene, thrown
+from flights.flights_on_a_floor import floor, maps_of, scene, thrown
+from live_sites.alert_evidence import NOW, S, area, decided, site
 
 from rpf3d_core.alerts.evidence import Evidence, areas_of, unfinished_of, untouched
 from rpf3d_core.alerts.levels import Level

@@ -8,8 +8,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from alert_evidence import NORMAL, NOW, SHIFT, S, area, decided, evidence, later, logged_shift, site
-from command_line import ROOT, environment
+from live_sites.alert_evidence import NORMAL, NOW, SHIFT, S, area, decided, evidence, later, logged_shift, site
+from programs.command_line import ROOT, environment
 
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.alerts.decide import decide
@@ -212,7 +212,7 @@ def test_on_a_full_disk_the_caller_is_told_and_the_log_stays_whole(
 
 ENDLESS = """
 import sys
-from alert_evidence import *
+from live_sites.alert_evidence import *
 thresholds, alert = site(), None
 with DecisionLog(sys.argv[1], "0.1.0", largest_bytes=20_000) as log:
     alert, step = log.last_alert, 0

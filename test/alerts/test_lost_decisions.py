@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 
 import pytest
-from alert_evidence import NOW, S, area, evidence, site
+from live_sites.alert_evidence import NOW, S, area, evidence, site
 
 from rpf3d_core.alerts import witness
 from rpf3d_core.alerts.audit import audit_log

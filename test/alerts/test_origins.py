@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from alert_evidence import EVACUATE, NORMAL, NOW, RESTRICT, S, area, decided, evidence, later, origin, site
+from live_sites.alert_evidence import EVACUATE, NORMAL, NOW, RESTRICT, S, area, decided, evidence, later, origin, site
 
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.alerts.decide import decide

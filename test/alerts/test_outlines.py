@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from alert_evidence import NORMAL, NOW, S, area, decided, evidence, later, seen_by, site
+from live_sites.alert_evidence import NORMAL, NOW, S, area, decided, evidence, later, seen_by, site
 
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.alerts.decide import decide

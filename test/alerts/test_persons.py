@@ -3,8 +3,8 @@
 from pathlib import Path
 
 import pytest
-from alert_evidence import EVACUATE, NORMAL, NOW, RESTRICT, S, decided, later, seen_by, site
-from command_line import call
+from live_sites.alert_evidence import EVACUATE, NORMAL, NOW, RESTRICT, S, decided, later, seen_by, site
+from programs.command_line import call
 
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.alerts.decide import decide

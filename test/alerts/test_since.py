@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from alert_evidence import (
+from live_sites.alert_evidence import (
     EVACUATE,
     NORMAL,
     NOW,

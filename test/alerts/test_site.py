@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from alert_evidence import EXAMPLE
+from live_sites.alert_evidence import EXAMPLE
 
 from rpf3d_core.alerts.limits import limits_of
 from rpf3d_core.alerts.site import read_site, site_digest, site_of, site_text

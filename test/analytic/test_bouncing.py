@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scenes_of_facets import ENGINES, down_the_slope, engine_over, flight, floor, fly, incline, surface
+from flights.scenes_of_facets import ENGINES, down_the_slope, engine_over, flight, floor, fly, incline, surface
 
 from rpf3d_core.results.mesh_writer import write_mesh
 from rpf3d_core.runs.run import simulate

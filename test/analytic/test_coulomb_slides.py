@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from scenes_of_facets import ENGINES, down_the_slope, engine_over, flight, floor, fly, gully, incline, surface
+from flights.scenes_of_facets import ENGINES, down_the_slope, engine_over, flight, floor, fly, gully, incline, surface
 
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.values import Mode, Outcome

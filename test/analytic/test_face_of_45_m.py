@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from scenes_of_facets import ENGINES, engine_over, flight, fly, specific_energy, strip, surface
+from flights.scenes_of_facets import ENGINES, engine_over, flight, fly, specific_energy, strip, surface
 
 from rpf3d_core.values import Mode, Outcome
 

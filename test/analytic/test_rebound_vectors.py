@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from any_rock import ANY_ROCK
-from scenes_of_facets import ENGINES, down_the_slope, engine_over, flight, fly, incline, surface
+from flights.any_rock import ANY_ROCK
+from flights.scenes_of_facets import ENGINES, down_the_slope, engine_over, flight, fly, incline, surface
 
 from rpf3d_core.kinetics.rebound import ConstantRestitution, rebound
 from rpf3d_core.values import ZERO, Motion

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from scenes_of_facets import box, engine_over, floor, rough_grid, strip
+from flights.scenes_of_facets import box, engine_over, floor, rough_grid, strip
 
 from rpf3d_core.ensemble.release_triangles import release_triangles
 from rpf3d_core.ensemble.releases import Releases, Source, check_above_ground, ranges_of, releases_in, releases_of

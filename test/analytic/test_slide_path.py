@@ -10,7 +10,7 @@ import math
 import mpmath
 import numpy as np
 import pytest
-from scenes_of_facets import incline, terrain_of
+from flights.scenes_of_facets import incline, terrain_of
 
 from rpf3d_core.kinetics.ground import Sliding, law_on_facet
 from rpf3d_core.kinetics.slide_path import (

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from rebounds_named import MODELS, falling_rock, flight_with
-from scenes_of_facets import ENGINES, down_the_slope, engine_over, fly, incline, same_bits, surface
+from flights.rebounds_named import MODELS, falling_rock, flight_with
+from flights.scenes_of_facets import ENGINES, down_the_slope, engine_over, fly, incline, same_bits, surface
 
 from rpf3d_core.kinetics.rebound import rest_of_bounces
 from rpf3d_core.values import ZERO, Motion, Outcome

@@ -5,9 +5,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from flying_bodies import Terms, drop, flown, ground, random_poses
-from obstacles_made import ASIDE, fence, fences, rough_ground, trees
-from scenes_of_facets import floor, terrain_of
+from bodies.flying_bodies import Terms, drop, flown, ground, random_poses
+from flights.obstacles_made import ASIDE, fence, fences, rough_ground, trees
+from flights.scenes_of_facets import floor, terrain_of
 
 from rpf3d_core.effects.forest import share_at_offset
 from rpf3d_core.shapes.families import box, family

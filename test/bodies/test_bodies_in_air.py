@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from flying_bodies import NO_TURN, G, Terms, about, drop, flown, ground, random_poses, soft_ground
-from scenes_of_facets import floor
-from slabs import slab, slope
+from bodies.flying_bodies import NO_TURN, G, Terms, about, drop, flown, ground, random_poses, soft_ground
+from bodies.slabs import slab, slope
+from flights.scenes_of_facets import floor
 
 from rpf3d_core.effects.drag import Drag
 from rpf3d_core.effects.drag_layer import DragLayer

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from flying_bodies import Terms, drop, flown, ground, random_poses, soft_ground
-from obstacles_made import ASIDE, fence, fences, rough_ground, trees
+from bodies.flying_bodies import Terms, drop, flown, ground, random_poses, soft_ground
+from flights.obstacles_made import ASIDE, fence, fences, rough_ground, trees
 
 from rpf3d_core.effects.drag import Drag
 from rpf3d_core.effects.drag_layer import DragLayer

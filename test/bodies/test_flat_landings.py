@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from flying_bodies import G, Terms, about, angle_between, drop, flown_over, ground
-from scenes_of_facets import grid_triangles, terrain_of
+from bodies.flying_bodies import G, Terms, about, angle_between, drop, flown_over, ground
+from flights.scenes_of_facets import grid_triangles, terrain_of
 
 from rpf3d_core.shapes.families import box
 from rpf3d_core.values import Outcome

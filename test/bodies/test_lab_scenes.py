@@ -25,7 +25,7 @@ NORMAL = np.array([math.sin(INCLINE), 0.0, math.cos(INCLINE)])
 """Unit normal of the incline, which contains the origin of the input."""
 ACCURACY = 1e-4
 NEAR = 2.1 * ACCURACY
-"""Largest distance from the ground of a body at rest (m), as in test/support/bodies_on_meshes.py."""
+"""Largest distance from the ground of a body at rest (m), as in test/support/campaigns/bodies_on_meshes.py."""
 
 
 def corners_at_rest(run: rpf3d.Run, sides: tuple[float, float, float]) -> tuple[np.ndarray, np.ndarray]:

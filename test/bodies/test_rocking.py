@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from flying_bodies import Terms, about, drop, flown_over, ground, product
-from scenes_of_facets import grid_triangles, terrain_of
+from bodies.flying_bodies import Terms, about, drop, flown_over, ground, product
+from flights.scenes_of_facets import grid_triangles, terrain_of
 
 from rpf3d_core.shapes.families import box
 

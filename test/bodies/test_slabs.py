@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from flying_bodies import G, Terms, about, angle_between, drop, flown_over, ground, matrix
-from slabs import ACCURACY, slab, slope
+from bodies.flying_bodies import G, Terms, about, angle_between, drop, flown_over, ground, matrix
+from bodies.slabs import ACCURACY, slab, slope
 
 from rpf3d_core.values import Outcome
 

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from flying_bodies import G, Terms, about, angle_between, drop, flown, ground
-from scenes_of_facets import grid_triangles, terrain_of
-from slabs import slab, slope
+from bodies.flying_bodies import G, Terms, about, angle_between, drop, flown, ground
+from bodies.slabs import slab, slope
+from flights.scenes_of_facets import grid_triangles, terrain_of
 
 from rpf3d_core.kinetics.slippage import SlipFriction, slip_in_air, slip_on_ground
 from rpf3d_core.shapes.families import box

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bodies_in_contact import MOST, Ground, random_contacts
+from bodies.bodies_in_contact import MOST, Ground, random_contacts
 
 pytest.importorskip("cpp_blocks", reason="the benchmarks are not part of an installed package")
 if shutil.which("g++") is None:

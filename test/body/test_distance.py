@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from nearest_features import BODIES, HULLS, WIDE, Hull, box, by_features, dots, point_triangle, wide_cross
+from bodies.nearest_features import BODIES, HULLS, WIDE, Hull, box, by_features, dots, point_triangle, wide_cross
 
 from rpf3d_core.body.distance import separation
 from rpf3d_core.body.simplex import Vertex, on_face

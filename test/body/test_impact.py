@@ -5,7 +5,7 @@ from itertools import permutations
 
 import numpy as np
 import pytest
-from bodies_in_contact import (
+from bodies.bodies_in_contact import (
     AFTER,
     AFTER_V,
     AFTER_W,

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from bodies_in_contact import Bodies, Ground, random_contacts, results_of, stop
+from bodies.bodies_in_contact import Bodies, Ground, random_contacts, results_of, stop
 from mpmath import mp, mpf
 
 from rpf3d_core.body.contacts import ARM, IMPULSE, MU, NORMAL

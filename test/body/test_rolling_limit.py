@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from bodies_in_contact import random_moments, unit
+from bodies.bodies_in_contact import random_moments, unit
 from mpmath import mp, mpf
 
 from rpf3d_core.body.contacts import put

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from turning_bodies import angle_between, by_taylor, in_space, real_bodies, turn_all, turned
+from bodies.turning_bodies import angle_between, by_taylor, in_space, real_bodies, turn_all, turned
 
 from rpf3d_core.body.quaternions import multiply, turn_by, turned_back
 from rpf3d_core.body.rotation import spin_bound, turned_for, turning_of

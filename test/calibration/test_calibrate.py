@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from recovery import BLOCKS, MIDDLE, known_scene
+from campaigns.recovery import BLOCKS, MIDDLE, known_scene
 from typer.testing import CliRunner
 
 from rpf3d_core.calibration import verdict

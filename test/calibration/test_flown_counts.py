@@ -4,7 +4,7 @@ from math import erf, sqrt
 
 import numpy as np
 import pytest
-from terrain_files import with_models
+from input_files.terrain_files import with_models
 
 from rpf3d_core.calibration.flown_counts import (
     COPIES,

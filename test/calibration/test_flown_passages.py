@@ -4,8 +4,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-import scenes_of_facets as made
-from terrain_files import with_models
+from flights import scenes_of_facets as made
+from input_files.terrain_files import with_models
 
 from rpf3d_core.calibration.flown_passages import contained, passages, visited
 from rpf3d_core.calibration.observations import Directions

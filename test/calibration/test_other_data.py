@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from recovery import BLOCKS, MIDDLE, known_scene
+from campaigns.recovery import BLOCKS, MIDDLE, known_scene
 from typer.testing import CliRunner, Result
 
 from rpf3d_core.calibration import rounds, sampling, verdict

@@ -1,7 +1,7 @@
 """Tests that calibrations find known values: a small campaign. `make recovery` runs 100 calibrations."""
 
 import pytest
-from recovery import MIDDLE, recovered
+from campaigns.recovery import MIDDLE, recovered
 
 from rpf3d_core.jit.dispatch import HAS_NUMBA
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import call, python, refused, rpf3d
-from terrain_files import SLOPE, ascii_stl, grid, write_binary_stl
+from input_files.terrain_files import SLOPE, ascii_stl, grid, write_binary_stl
+from programs.command_line import call, python, refused, rpf3d
 
 from rpf3d_core.setup.terrain import read_surface
 from rpf3d_core.terrain.pit.parameters import Pit

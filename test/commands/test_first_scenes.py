@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benches_fallen_from import HEIGHT, TOE
-from mine_files import EAST, NORTH, write_dxf, write_vector
+from input_files.mine_files import EAST, NORTH, write_dxf, write_vector
+from scenes.benches_fallen_from import HEIGHT, TOE
 from typer.testing import CliRunner
 
 from rpf3d_core.cli import app

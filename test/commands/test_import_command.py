@@ -3,8 +3,8 @@
 from pathlib import Path
 
 import pytest
-from command_line import call, refused
-from imported_folders import rockyfor3d_grids, stone_grids, write_folder
+from input_files.imported_folders import rockyfor3d_grids, stone_grids, write_folder
+from programs.command_line import call, refused
 
 GRIDS = {"rockyfor3d": rockyfor3d_grids, "stone": stone_grids}
 

@@ -13,11 +13,11 @@ from pathlib import Path
 import pyarrow.parquet as parquet
 import pytest
 import rasterio
-from command_line import COMMAND, LONGEST, rpf3d
-from on_a_terminal import OnATerminal
-from processes import children_of, computed, is_there, threads_of
-from terrain_files import SLOPE, grid, write_binary_stl
-from waiting import wait_for
+from input_files.terrain_files import SLOPE, grid, write_binary_stl
+from programs.command_line import COMMAND, LONGEST, rpf3d
+from programs.on_a_terminal import OnATerminal
+from programs.processes import children_of, computed, is_there, threads_of
+from programs.waiting import wait_for
 
 RESULTS = {
     "summary.json", "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",

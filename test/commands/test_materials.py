@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from command_line import call
+from programs.command_line import call
 
 from rpf3d_core.scene.library_entries import ENTRIES
 

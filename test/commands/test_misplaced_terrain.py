@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import rpf3d
-from sweeps import Here
-from terrain_files import grid, with_models, write_binary_stl
+from input_files.terrain_files import grid, with_models, write_binary_stl
+from programs.command_line import rpf3d
+from scenes.sweeps import Here
 
 from rpf3d_core.report.report import write_report
 from rpf3d_core.sweep.sweep import sweep

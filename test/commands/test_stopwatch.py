@@ -7,8 +7,8 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from command_line import rpf3d
-from terrain_files import SLOPE, grid, write_binary_stl
+from input_files.terrain_files import SLOPE, grid, write_binary_stl
+from programs.command_line import rpf3d
 
 from rpf3d_core.commands import stopwatch as module
 from rpf3d_core.commands.stopwatch import Part, RunTimes, words_of

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from flights_on_a_floor import FRAMES, floor
+from flights.flights_on_a_floor import FRAMES, floor
 
 from rpf3d_core.desk.clicks import AREA, LINE, POINTS, Drawing, area_of, source_of
 from rpf3d_core.desk.picking import place_on

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from waiting import wait_for
+from programs.waiting import wait_for
 
 from rpf3d_core.desk.page import NO_RESULTS
 

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from browsers import LONGEST, browser, changed, picture_that, settled
-from served_desk import served_desk
+from programs.browsers import LONGEST, browser, changed, picture_that, settled
+from programs.served_desk import served_desk
 
 from rpf3d_core.scene.reading import read_scene
 

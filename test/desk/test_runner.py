@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from small_pit import scene_file
-from waiting import wait_for
+from programs.waiting import wait_for
+from scenes.small_pit import scene_file
 
 import rpf3d_core as rpf3d
 from rpf3d_core.desk import compiling

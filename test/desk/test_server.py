@@ -9,10 +9,10 @@ from urllib.parse import urlsplit
 from urllib.request import url2pathname
 
 import pytest
-from command_line import rpf3d
-from listening import session
-from served_desk import LONGEST, ServedDesk, served_desk
-from waiting import wait_for
+from programs.command_line import rpf3d
+from programs.listening import session
+from programs.served_desk import LONGEST, ServedDesk, served_desk
+from programs.waiting import wait_for
 
 from rpf3d_core.desk.server import BrowserRequest, Gate, new_gate, opening_page
 from rpf3d_core.errors import InputError

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 import pytest
-import scenes_of_facets as made
-import small_pit
-from obstacles_made import MASS, RADIUS, energy_of, fence, fences, rough_ground, thrown, with_effects
-from on_both_engines import BOTH, loses_energy
-from rolling_spheres import roll, spheres
+from flights import scenes_of_facets as made
+from flights.obstacles_made import MASS, RADIUS, energy_of, fence, fences, rough_ground, thrown, with_effects
+from flights.on_both_engines import BOTH, loses_energy
+from flights.rolling_spheres import roll, spheres
+from scenes import small_pit
 
 from rpf3d_core.kinetics.sphere_ground import TURN
 from rpf3d_core.materials.library import Surface

@@ -5,10 +5,21 @@ import math
 
 import numpy as np
 import pytest
-from hazard_tallied import numbers, over, rocks_above, rough
-from on_both_engines import BOTH, loses_energy
-from scenes_of_facets import ENGINES, box, engine_over, flight, floor, fly, incline, rough_grid, same_bits, surface
-from small_pit import scene_file
+from flights.on_both_engines import BOTH, loses_energy
+from flights.scenes_of_facets import (
+    ENGINES,
+    box,
+    engine_over,
+    flight,
+    floor,
+    fly,
+    incline,
+    rough_grid,
+    same_bits,
+    surface,
+)
+from hazards.hazard_tallied import numbers, over, rocks_above, rough
+from scenes.small_pit import scene_file
 
 from rpf3d_core.effects.air_step import FLIGHT
 from rpf3d_core.effects.drag import Drag, drag_per_metre

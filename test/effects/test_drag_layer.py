@@ -5,8 +5,8 @@ import math
 
 import numpy as np
 import pytest
-from on_both_engines import BOTH, loses_energy
-from scenes_of_facets import ENGINES, engine_over, flight, floor, rough_grid, same_bits, surface
+from flights.on_both_engines import BOTH, loses_energy
+from flights.scenes_of_facets import ENGINES, engine_over, flight, floor, rough_grid, same_bits, surface
 
 from rpf3d_core.effects.drag import Drag
 from rpf3d_core.effects.drag_layer import DragLayer

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-import scenes_of_facets as made
-from obstacles_made import ASIDE, RADIUS, energy_of, rough_ground, thrown, trees, with_effects
-from on_both_engines import BOTH, loses_energy
+from flights import scenes_of_facets as made
+from flights.obstacles_made import ASIDE, RADIUS, energy_of, rough_ground, thrown, trees, with_effects
+from flights.on_both_engines import BOTH, loses_energy
 
 from rpf3d_core.effects.forest import most_energy, share_at_offset
 from rpf3d_core.materials.gamma import gamma_of

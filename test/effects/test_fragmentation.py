@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from scenes_of_facets import ENGINES, engine_over, flight, rough_grid, same_bits, surface
+from flights.scenes_of_facets import ENGINES, engine_over, flight, rough_grid, same_bits, surface
 
 from rpf3d_core.effects.fragmentation import Fragmentation, new_surface_ratio, volume_of
 from rpf3d_core.effects.hooks import chain_of

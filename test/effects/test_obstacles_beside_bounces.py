@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from obstacles_made import STRAIGHT, fence, trees, with_effects
-from scenes_of_facets import ENGINES, down_the_slope, engine_over, flight, fly, incline, surface
+from flights.obstacles_made import STRAIGHT, fence, trees, with_effects
+from flights.scenes_of_facets import ENGINES, down_the_slope, engine_over, flight, fly, incline, surface
 
 from rpf3d_core.kinetics.rebound import RemainingBounces, rebound, rest_of_bounces
 from rpf3d_core.kinetics.rebounds.coulomb_limited import CoulombLimited

@@ -4,8 +4,18 @@ import math
 
 import numpy as np
 import pytest
-from rebounds_named import MODELS, UP, falling_rock, flight_with
-from scenes_of_facets import ENGINES, down_the_slope, engine_over, floor, fly, incline, rough_grid, same_bits, surface
+from flights.rebounds_named import MODELS, UP, falling_rock, flight_with
+from flights.scenes_of_facets import (
+    ENGINES,
+    down_the_slope,
+    engine_over,
+    floor,
+    fly,
+    incline,
+    rough_grid,
+    same_bits,
+    surface,
+)
 
 from rpf3d_core.effects.hooks import chain_of, felt_normal
 from rpf3d_core.effects.roughness import STEEPEST, CrspRoughness, RocfallRoughness, SpreadRoughness, tilted

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from on_both_engines import BOTH, loses_energy
-from scenes_of_facets import ENGINES, engine_over, flight, floor, rough_grid, same_bits, strip, surface
+from flights.on_both_engines import BOTH, loses_energy
+from flights.scenes_of_facets import ENGINES, engine_over, flight, floor, rough_grid, same_bits, strip, surface
 
 from rpf3d_core.effects.hooks import chain_of, in_ground
 from rpf3d_core.effects.scarring import (

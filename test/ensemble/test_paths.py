@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from flights_on_a_floor import BOUNCES, floor, none_thrown, thrown
+from flights.flights_on_a_floor import BOUNCES, floor, none_thrown, thrown
 
 from rpf3d_core.ensemble.paths import display_step, displayed_rows, positions_at, sample_paths
 from rpf3d_core.values import STANDARD_GRAVITY, Mode

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pyarrow.parquet as parquet
 import pytest
-import scenes_of_facets as made
-from command_line import call, refused
-from terrain_files import SLOPE, grid, write_binary_stl
+from flights import scenes_of_facets as made
+from input_files.terrain_files import SLOPE, grid, write_binary_stl
+from programs.command_line import call, refused
 
 import rpf3d_core as rpf3d
 from rpf3d_core.ensemble import samples, stream

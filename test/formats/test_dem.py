@@ -3,8 +3,8 @@ import gzip
 import numpy as np
 import pytest
 import rasterio
+from input_files.terrain_files import SHARED_DATA
 from rasterio.transform import from_origin
-from terrain_files import SHARED_DATA
 
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.formats.grids import read_dem

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from terrain_files import ascii_stl, grid, write_binary_stl
+from input_files.terrain_files import ascii_stl, grid, write_binary_stl
 from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mine_files import EAST, NORTH, write_e57, write_landxml, write_las
-from terrain_files import scene_of
+from input_files.mine_files import EAST, NORTH, write_e57, write_landxml, write_las
+from input_files.terrain_files import scene_of
 
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.formats.apart import read_apart

@@ -7,8 +7,8 @@ import sqlite3
 import numpy as np
 import pytest
 import shapely
-from mine_files import write_surpac, write_vector
-from terrain_files import grid
+from input_files.mine_files import write_surpac, write_vector
+from input_files.terrain_files import grid
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.apart import read_apart

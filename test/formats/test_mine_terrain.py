@@ -6,8 +6,8 @@ import zlib
 
 import numpy as np
 import pytest
-from mine_files import at_site, write_dxf, write_landxml, write_omf, write_surpac
-from terrain_files import grid, scene_of
+from input_files.mine_files import at_site, write_dxf, write_landxml, write_omf, write_surpac
+from input_files.terrain_files import grid, scene_of
 
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.formats.meshes import read_stl

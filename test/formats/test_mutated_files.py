@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from quick import long_except
+from suite.quick import long_except
 
 MUTATIONS = int(os.environ.get("RPF3D_MUTATIONS", "300"))
 FEWER = MUTATIONS // 10
@@ -25,7 +25,7 @@ kind, folder, count = sys.argv[1], sys.argv[2], int(sys.argv[3])
 sys.path[:0] = sys.argv[4:]
 warnings.simplefilter("ignore")
 from pathlib import Path
-from mutated_files import READERS, mutated
+from input_files.mutated_files import READERS, mutated
 from rpf3d_core.errors import InputError
 
 write, read = READERS[kind]

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mine_files import at_site
-from terrain_files import grid, scene_of, write_binary_stl
+from input_files.mine_files import at_site
+from input_files.terrain_files import grid, scene_of, write_binary_stl
 
 from rpf3d_core.formats.precision import lost_precision
 from rpf3d_core.formats.surface import FileMesh

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from flights_on_a_floor import FRAMES, SOURCES, floor, none_thrown, thrown
-from hazard_layers import laid_out, lines_of_rocks, maps_of
+from flights.flights_on_a_floor import FRAMES, SOURCES, floor, none_thrown, thrown
+from hazards.hazard_layers import laid_out, lines_of_rocks, maps_of
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import VTK_DOUBLE
 from vtkmodules.vtkIOXML import vtkXMLPolyDataReader

@@ -353,7 +353,7 @@ GUARDS = (
     ),
     Guard(
         "test_bad_meshes.py::test_flipped_facets_are_turned_back_at_load_and_change_nothing[0.5-sliding-reference]",
-        "test/support/on_both_engines.py",
+        "test/support/flights/on_both_engines.py",
         "    return replace(terrain, triangles=winding.triangles)\n",
         "    return terrain\n",
         "`repair_winding`, called when a terrain is read",

@@ -4,8 +4,18 @@ import math
 
 import numpy as np
 import pytest
-from on_both_engines import BOTH, MODELS, NEAR, G, along_flights, as_loaded, loses_energy, outcomes
-from scenes_of_facets import engine_over, flight, floor, fly, joined, rough_grid, surface, terrain_of, without_facets
+from flights.on_both_engines import BOTH, MODELS, NEAR, G, along_flights, as_loaded, loses_energy, outcomes
+from flights.scenes_of_facets import (
+    engine_over,
+    flight,
+    floor,
+    fly,
+    joined,
+    rough_grid,
+    surface,
+    terrain_of,
+    without_facets,
+)
 
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.terrain.facets import Terrain

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import call
-from scenes_of_facets import strip
+from flights.scenes_of_facets import strip
+from programs.command_line import call
 
 import rpf3d_core as rpf3d
 from rpf3d_core.results.mesh_writer import write_mesh

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from bodies_on_meshes import Case, case_of, faults_of, fly_case
-from random_ground import FAMILIES
+from campaigns.bodies_on_meshes import Case, case_of, faults_of, fly_case
+from meshes.random_ground import FAMILIES
 
 QUICK = ("rough", "benches", "walls", "overhangs")
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from flying_bodies import Terms, about, drop, flown, flown_over, ground, random_poses
-from scenes_of_facets import grid_triangles, terrain_of
-from solid_overlap import gaps, solid_of
+from bodies.flying_bodies import Terms, about, drop, flown, flown_over, ground, random_poses
+from bodies.solid_overlap import gaps, solid_of
+from flights.scenes_of_facets import grid_triangles, terrain_of
 
 from rpf3d_core.shapes.families import box
 from rpf3d_core.simulation.engines import engine_of

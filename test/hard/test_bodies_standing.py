@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from flying_bodies import (
+from bodies.flying_bodies import (
     SOUND,
     Terms,
     about,
@@ -16,9 +16,9 @@ from flying_bodies import (
     random_poses,
     triangles_of,
 )
-from scenes_of_facets import grid_triangles, terrain_of
-from slabs import quaternion, slab, slope
-from solid_overlap import gaps, solid_of
+from bodies.slabs import quaternion, slab, slope
+from bodies.solid_overlap import gaps, solid_of
+from flights.scenes_of_facets import grid_triangles, terrain_of
 
 from rpf3d_core.shapes.families import box
 from rpf3d_core.shapes.polyhedron import Polyhedron

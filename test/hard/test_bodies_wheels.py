@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from flying_bodies import G, Terms, about, drop, flown_over, ground, matrix, product, random_poses
-from scenes_of_facets import grid_triangles, terrain_of
-from slabs import quaternion, slope
+from bodies.flying_bodies import G, Terms, about, drop, flown_over, ground, matrix, product, random_poses
+from bodies.slabs import quaternion, slope
+from flights.scenes_of_facets import grid_triangles, terrain_of
 
 from rpf3d_core.shapes.families import ball
 from rpf3d_core.shapes.polyhedron import polyhedron_of

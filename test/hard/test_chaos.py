@@ -10,8 +10,8 @@ from functools import cache
 
 import numpy as np
 import pytest
-from on_both_engines import BOTH
-from scenes_of_facets import ENGINES, engine_over, flight, fly, same_bits, surface
+from flights.on_both_engines import BOTH
+from flights.scenes_of_facets import ENGINES, engine_over, flight, fly, same_bits, surface
 
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.simulation.engines import Engine

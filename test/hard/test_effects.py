@@ -5,9 +5,9 @@ import math
 
 import numpy as np
 import pytest
-from on_both_engines import BOTH, G, loses_energy
-from rolling_spheres import roll, spheres
-from scenes_of_facets import down_the_slope, engine_over, flight, floor, fly, incline, surface
+from flights.on_both_engines import BOTH, G, loses_energy
+from flights.rolling_spheres import roll, spheres
+from flights.scenes_of_facets import down_the_slope, engine_over, flight, floor, fly, incline, surface
 
 from rpf3d_core.effects.drag import Drag
 from rpf3d_core.effects.drag_layer import DragLayer

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from scenes_of_facets import ENGINES, engine_over, flight, floor, same_bits, surface
+from flights.scenes_of_facets import ENGINES, engine_over, flight, floor, same_bits, surface
 
 import rpf3d_core as rpf3d
 from rpf3d_core.ensemble.fly import Flight, fly_ensemble

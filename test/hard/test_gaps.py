@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from on_both_engines import ENGINES
-from rolling_spheres import roll, spheres
-from scenes_of_facets import flight, fly, surface, terrain_of
+from flights.on_both_engines import ENGINES
+from flights.rolling_spheres import roll, spheres
+from flights.scenes_of_facets import flight, fly, surface, terrain_of
 
 import rpf3d_core
 from rpf3d_core.simulation.capped import engine_over

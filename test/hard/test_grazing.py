@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 import pytest
-from on_both_engines import BOTH, G, along_flights, loses_energy
-from scenes_of_facets import engine_over, flight, floor, fly, incline, joined, strip, surface, terrain_of
+from flights.on_both_engines import BOTH, G, along_flights, loses_energy
+from flights.scenes_of_facets import engine_over, flight, floor, fly, incline, joined, strip, surface, terrain_of
 
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.values import Outcome

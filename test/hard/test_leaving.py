@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from obstacles_made import with_effects
-from on_both_engines import BOTH, MODELS, NEAR, G
-from scenes_of_facets import (
+from flights.obstacles_made import with_effects
+from flights.on_both_engines import BOTH, MODELS, NEAR, G
+from flights.scenes_of_facets import (
     box,
     down_the_slope,
     engine_over,

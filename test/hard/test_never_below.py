@@ -1,4 +1,4 @@
-"""Tests that no rock gets below the ground: a small part of the campaign `test/support/never_below.py`."""
+"""Tests that no rock gets below the ground: a small part of the campaign `test/support/campaigns/never_below.py`."""
 
 import math
 from dataclasses import replace
@@ -7,12 +7,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from held_in_gullies import held_too_early
-from never_below import engines_differ, flown, guarded, held
-from on_both_engines import BOTH
-from random_ground import FAMILIES, OVERHANGING, case_of, fallen, in_the_air
-from scenes_of_facets import AT_REST, engine_over, flight, fly, surface, terrain_of
-from side_of_ground import DEEP, has_odd_above
+from campaigns.never_below import engines_differ, flown, guarded, held
+from flights.on_both_engines import BOTH
+from flights.scenes_of_facets import AT_REST, engine_over, flight, fly, surface, terrain_of
+from meshes.held_in_gullies import held_too_early
+from meshes.random_ground import FAMILIES, OVERHANGING, case_of, fallen, in_the_air
+from meshes.side_of_ground import DEEP, has_odd_above
 
 import rpf3d_core as rpf3d
 from rpf3d_core.ensemble.flights import Paths

@@ -4,12 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from cutting_pieces import highest
-from never_below import flown
-from obstacles_made import fence, with_effects
-from on_both_engines import BOTH, NEAR, G, outcomes
-from random_ground import case_of, fallen
-from scenes_of_facets import (
+from campaigns.never_below import flown
+from flights.obstacles_made import fence, with_effects
+from flights.on_both_engines import BOTH, NEAR, G, outcomes
+from flights.scenes_of_facets import (
     engine_over,
     flight,
     fly,
@@ -22,6 +20,8 @@ from scenes_of_facets import (
     surface,
     terrain_of,
 )
+from meshes.cutting_pieces import highest
+from meshes.random_ground import case_of, fallen
 
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.fly import fly_ensemble

@@ -4,8 +4,8 @@ import threading
 
 import numpy as np
 import pytest
-from on_both_engines import BOTH, MODELS
-from scenes_of_facets import (
+from flights.on_both_engines import BOTH, MODELS
+from flights.scenes_of_facets import (
     ENGINES,
     box,
     cone,

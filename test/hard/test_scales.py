@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from on_both_engines import BOTH, MODELS, G, lies_on, loses_energy, outcomes
-from scenes_of_facets import (
+from flights.on_both_engines import BOTH, MODELS, G, lies_on, loses_energy, outcomes
+from flights.scenes_of_facets import (
     cone,
     down_the_slope,
     engine_over,

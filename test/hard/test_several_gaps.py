@@ -5,9 +5,9 @@ The random tests compare flights with roots over all facets and sides of the rim
 
 import numpy as np
 import pytest
-from on_both_engines import ENGINES
-from rolling_spheres import roll, spheres
-from scenes_of_facets import flight, fly, grid_triangles, joined, same_bits, surface, terrain_of
+from flights.on_both_engines import ENGINES
+from flights.rolling_spheres import roll, spheres
+from flights.scenes_of_facets import flight, fly, grid_triangles, joined, same_bits, surface, terrain_of
 
 from rpf3d_core.arc import Arc
 from rpf3d_core.detection.cap_neighbours import NO_CAP, neighbours_of

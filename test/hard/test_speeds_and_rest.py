@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from on_both_engines import BOTH, MODELS, NEAR, G, along_flights, lies_on, loses_energy, outcomes
-from scenes_of_facets import (
+from flights.on_both_engines import BOTH, MODELS, NEAR, G, along_flights, lies_on, loses_energy, outcomes
+from flights.scenes_of_facets import (
     box,
     down_the_slope,
     engine_over,

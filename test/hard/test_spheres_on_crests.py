@@ -8,9 +8,9 @@ import math
 
 import numpy as np
 import pytest
-from on_both_engines import BOTH
-from rolling_spheres import roll, spheres
-from scenes_of_facets import engine_over, grid_triangles, terrain_of
+from flights.on_both_engines import BOTH
+from flights.rolling_spheres import roll, spheres
+from flights.scenes_of_facets import engine_over, grid_triangles, terrain_of
 
 from rpf3d_core.detection.sphere_contact import NO_TOUCH, Course, earlier_touch
 from rpf3d_core.materials.library import Surface

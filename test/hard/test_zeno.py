@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from on_both_engines import BOTH, MODELS, G, lies_on, loses_energy
-from scenes_of_facets import (
+from flights.on_both_engines import BOTH, MODELS, G, lies_on, loses_energy
+from flights.scenes_of_facets import (
     box,
     cone,
     down_the_slope,

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import scenes_of_facets as made
 import shapely
-from area_tracks import plan_tracks, reached
-from flights_on_a_floor import FRAMES, maps_of, scene
-from hazard_layers import laid_out_maps
+from flights import scenes_of_facets as made
+from flights.flights_on_a_floor import FRAMES, maps_of, scene
+from hazards.area_tracks import plan_tracks, reached
+from hazards.hazard_layers import laid_out_maps
 
 from rpf3d_core.ensemble.paths import sample_paths
 from rpf3d_core.formats.polygons import read_polygons

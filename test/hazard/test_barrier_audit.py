@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
-import scenes_of_facets as made
-from obstacles_made import MASS, RADIUS, fence, fences, passage, with_effects
+from flights import scenes_of_facets as made
+from flights.obstacles_made import MASS, RADIUS, fence, fences, passage, with_effects
 
 from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.hazard.barriers import BarrierTally

@@ -7,10 +7,10 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pyarrow.parquet as parquet
 import pytest
-import scenes_of_facets as made
-import small_pit
-from hazard_tallied import numbers as layers
-from obstacles_made import RADIUS, fence, rough_ground
+from flights import scenes_of_facets as made
+from flights.obstacles_made import RADIUS, fence, rough_ground
+from hazards.hazard_tallied import numbers as layers
+from scenes import small_pit
 
 from rpf3d_core.ensemble.statistics import wilson_interval
 from rpf3d_core.runs.parallel import fly_parts

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-import scenes_of_facets as made
-from obstacles_made import fence, fences, thrown, with_effects
+from flights import scenes_of_facets as made
+from flights.obstacles_made import fence, fences, thrown, with_effects
 
 from rpf3d_core.hazard.barriers import BarrierFigures, BarrierTally
 from rpf3d_core.values import Outcome

@@ -4,8 +4,8 @@ import json
 
 import numpy as np
 import pytest
-from flights_on_a_floor import floor
-from hazard_layers import laid_out, lines_of_rocks, maps_of
+from flights.flights_on_a_floor import floor
+from hazards.hazard_layers import laid_out, lines_of_rocks, maps_of
 
 from rpf3d_core.ensemble.outward import three_figures
 from rpf3d_core.ensemble.statistics import wilson_interval

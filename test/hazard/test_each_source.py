@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from sources_of_pit import MISFIT, UNKNOWN, scene_of
+from scenes.sources_of_pit import MISFIT, UNKNOWN, scene_of
 
 import rpf3d_core as rpf3d
 from rpf3d_core.hazard.benches import (

@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-import scenes_of_facets as made
-from flying_bodies import Terms, drop, flown, ground, random_poses
-from obstacles_made import MASS, RADIUS, energy_of, fence, fences, passage, rough_ground, with_effects
-from on_both_engines import BOTH, G
+from bodies.flying_bodies import Terms, drop, flown, ground, random_poses
+from flights import scenes_of_facets as made
+from flights.obstacles_made import MASS, RADIUS, energy_of, fence, fences, passage, rough_ground, with_effects
+from flights.on_both_engines import BOTH, G
 
 from rpf3d_core.effects.barriers import Barriers
 from rpf3d_core.ensemble.flights import Flights

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_pit import scene_file
+from scenes.small_pit import scene_file
 
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.hazard.bins import Scales

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import scenes_of_facets as made
-from hazard_tallied import MASS, flown, over, rough
+from flights import scenes_of_facets as made
+from hazards.hazard_tallied import MASS, flown, over, rough
 
 from rpf3d_core.detection.bucket_locator import bucket_locator
 from rpf3d_core.hazard.areas import areas_of

@@ -4,8 +4,8 @@ import re
 
 import numpy as np
 import pytest
-from flights_on_a_floor import FRAMES, SIDE, SURVEY, floor
-from hazard_layers import cell_of
+from flights.flights_on_a_floor import FRAMES, SIDE, SURVEY, floor
+from hazards.hazard_layers import cell_of
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard import raster as module

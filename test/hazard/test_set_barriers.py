@@ -5,7 +5,7 @@ import json
 
 import numpy as np
 import pytest
-from sweeps import UNKNOWN, road, written
+from scenes.sweeps import UNKNOWN, road, written
 
 from rpf3d_core.hazard.barrier_arrivals import HELD, NEVER
 from rpf3d_core.hazard.barriers import AtBarrier

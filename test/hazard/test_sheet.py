@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
-import scenes_of_facets as made
-from hazard_layers import laid_out_maps
-from hazard_tallied import flown, numbers, over, rough
+from flights import scenes_of_facets as made
+from hazards.hazard_layers import laid_out_maps
+from hazards.hazard_tallied import flown, numbers, over, rough
 
 from rpf3d_core.detection.bucket_locator import bucket_locator
 from rpf3d_core.hazard.walks.ground import plain_ground

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from sources_of_pit import UNKNOWN, scene_of
+from scenes.sources_of_pit import UNKNOWN, scene_of
 
 import rpf3d_core as rpf3d
 from rpf3d_core.hazard.barriers import AtBarrier, BarrierFigures

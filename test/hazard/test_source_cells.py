@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rasterio
-from sources_of_pit import UNKNOWN, scene_of
+from scenes.sources_of_pit import UNKNOWN, scene_of
 
 import rpf3d_core as rpf3d
 from rpf3d_core.desk.shapes import ground_seen, hazard_map

@@ -8,10 +8,10 @@ import sys
 
 import numpy as np
 import pytest
-import scenes_of_facets as made
-from hazard_by_force import by_force, passages
-from hazard_layers import laid_out, laid_out_maps
-from hazard_tallied import MASS, MEMORY, flown, numbers, over, rocks_above, rough
+from flights import scenes_of_facets as made
+from hazards.hazard_by_force import by_force, passages
+from hazards.hazard_layers import laid_out, laid_out_maps
+from hazards.hazard_tallied import MASS, MEMORY, flown, numbers, over, rocks_above, rough
 
 from rpf3d_core.detection.bucket_locator import bucket_locator
 from rpf3d_core.ensemble import batches, flight_order
@@ -360,7 +360,7 @@ def test_bins_hold_their_values_and_no_bin_is_wider_than_promised():
 
 COMPILED = """
 import numba
-from hazard_tallied import flown, over, rough
+from hazards.hazard_tallied import flown, over, rough
 
 terrain = rough()
 tallies = over(terrain)

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from flights_on_a_floor import floor
-from hazard_layers import laid_out, lines_of_rocks, maps_of
+from flights.flights_on_a_floor import floor
+from hazards.hazard_layers import laid_out, lines_of_rocks, maps_of
 
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, reach_probability
 from rpf3d_core.hazard.zones import Matrix, matrix_zones, reach_zones

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
-from mine_files import EAST, NORTH, write_las, write_surpac, write_vector
-from terrain_files import scene_of
+from input_files.mine_files import EAST, NORTH, write_las, write_surpac, write_vector
+from input_files.terrain_files import scene_of
 from typer.testing import CliRunner
 
 from rpf3d_core import cli, imports

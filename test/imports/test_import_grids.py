@@ -7,7 +7,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rasterio
-from imported_folders import CELL, COLUMNS, CORNER, ROWS, Grid, full, slope, stone_grids, write_folder, write_grid
+from input_files.imported_folders import (
+    CELL,
+    COLUMNS,
+    CORNER,
+    ROWS,
+    Grid,
+    full,
+    slope,
+    stone_grids,
+    write_folder,
+    write_grid,
+)
 from rasterio.transform import from_origin
 
 from rpf3d_core.errors import InputError

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from imported_folders import CELL, COLUMNS, CORNER, ROWS, Grid, full, rockyfor3d_grids, write_folder
+from input_files.imported_folders import CELL, COLUMNS, CORNER, ROWS, Grid, full, rockyfor3d_grids, write_folder
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.points import read_points

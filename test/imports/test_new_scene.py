@@ -6,10 +6,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rasterio
-from benches_fallen_from import HEIGHT, TOE, bench
+from input_files.mine_files import (
+    EAST,
+    NORTH,
+    at_site,
+    write_dxf_layers,
+    write_landxml,
+    write_las,
+    write_omf,
+    write_surpac,
+)
+from input_files.terrain_files import ascii_stl
 from jsonschema import Draft202012Validator
-from mine_files import EAST, NORTH, at_site, write_dxf_layers, write_landxml, write_las, write_omf, write_surpac
-from terrain_files import ascii_stl
+from scenes.benches_fallen_from import HEIGHT, TOE, bench
 from typer.testing import CliRunner
 
 from rpf3d_core import simulate

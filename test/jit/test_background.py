@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from command_line import LONGEST, environment
+from programs.command_line import LONGEST, environment
 
 from rpf3d_core.jit import background
 

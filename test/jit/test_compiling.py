@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from command_line import ROOT, python
+from programs.command_line import ROOT, python
 
 from rpf3d_core.jit import cache
 from rpf3d_core.jit.cache import source_digest

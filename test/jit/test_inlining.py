@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from command_line import python
+from programs.command_line import python
 
 pytest.importorskip("numba", reason="numba is not installed: there is nothing to compile")
 

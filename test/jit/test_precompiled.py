@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from small_pit import scene_file
+from scenes.small_pit import scene_file
 
 from rpf3d_core.detection import bucket_grid, slabs
 from rpf3d_core.jit.background import BackgroundCompiler

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from any_rock import ANY_ROCK
-from rebounds_named import MODELS, ROWS, energy, flight_with, struck, table_of
-from scenes_of_facets import engine_over, floor, fly, incline, surface
+from flights.any_rock import ANY_ROCK
+from flights.rebounds_named import MODELS, ROWS, energy, flight_with, struck, table_of
+from flights.scenes_of_facets import engine_over, floor, fly, incline, surface
 
 from rpf3d_core.kinetics.rebound import rest_of_bounces
 from rpf3d_core.kinetics.rebounds.angle_table import impact_angle

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-import scenes_of_facets as made
+from flights import scenes_of_facets as made
 
 from rpf3d_core.values import Mode, Outcome
 

@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from flights.rebounds_named import energy, falling_rock, flight_with, struck
+from flights.scenes_of_facets import ENGINES, down_the_slope, engine_over, fly, incline, same_bits, surface
 from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
-from property_budget import examples
-from rebounds_named import energy, falling_rock, flight_with, struck
-from scenes_of_facets import ENGINES, down_the_slope, engine_over, fly, incline, same_bits, surface
+from suite.property_budget import examples
 
 from rpf3d_core.kinetics.rebound import ConstantRestitution, RemainingBounces, rest_of_bounces
 from rpf3d_core.kinetics.rebounds.coulomb_limited import CoulombLimited

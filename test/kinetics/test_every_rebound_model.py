@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from command_line import python
-from rebounds_named import ALL, MODELS, energy, falling_rock, flight_with, struck
-from scenes_of_facets import engine_over, floor, fly, rough_grid, same_bits, surface
+from flights.rebounds_named import ALL, MODELS, energy, falling_rock, flight_with, struck
+from flights.scenes_of_facets import engine_over, floor, fly, rough_grid, same_bits, surface
+from programs.command_line import python
 
 from rpf3d_core.kinetics.rebound import rest_of_bounces
 from rpf3d_core.values import ZERO, Motion, Outcome

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from scenes_of_facets import (
+from flights.scenes_of_facets import (
     ENGINES,
     down_the_slope,
     engine_over,

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from rebounds_named import MODELS, UP, energy, falling_rock, flight_with, struck
-from scenes_of_facets import engine_over, fly, incline, surface
+from flights.rebounds_named import MODELS, UP, energy, falling_rock, flight_with, struck
+from flights.scenes_of_facets import engine_over, fly, incline, surface
 
 from rpf3d_core.kinetics.rebound import rest_of_bounces
 from rpf3d_core.kinetics.rebounds.pfeiffer_bowen import PfeifferBowen, friction, scaling

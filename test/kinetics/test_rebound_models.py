@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from any_rock import ANY_ROCK
-from scenes_of_facets import ENGINES, engine_over, flight, floor, fly, incline, same_bits, surface
+from flights.any_rock import ANY_ROCK
+from flights.scenes_of_facets import ENGINES, engine_over, flight, floor, fly, incline, same_bits, surface
 
 from rpf3d_core.kinetics.rebound import ConstantRestitution, rebound, rest_of_bounces
 from rpf3d_core.kinetics.rebounds.thesis_literal import ThesisLiteral, thesis_literal

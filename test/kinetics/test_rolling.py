@@ -5,7 +5,18 @@ import math
 
 import numpy as np
 import pytest
-from scenes_of_facets import ENGINES, down_the_slope, engine_over, flight, floor, fly, gully, incline, same_bits, strip
+from flights.scenes_of_facets import (
+    ENGINES,
+    down_the_slope,
+    engine_over,
+    flight,
+    floor,
+    fly,
+    gully,
+    incline,
+    same_bits,
+    strip,
+)
 
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases

@@ -7,9 +7,9 @@ from itertools import product
 
 import numpy as np
 import pytest
-from rolling_spheres import roll, spheres
-from scenes_of_facets import ENGINES, engine_over, floor, grid_triangles, same_bits, terrain_of
-from struck_spheres import FULL, UP, struck
+from flights.rolling_spheres import roll, spheres
+from flights.scenes_of_facets import ENGINES, engine_over, floor, grid_triangles, same_bits, terrain_of
+from flights.struck_spheres import FULL, UP, struck
 
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases

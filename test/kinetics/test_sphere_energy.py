@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from on_both_engines import BOTH
-from rolling_spheres import clearance, roll, spheres
-from scenes_of_facets import engine_over, joined, rough_grid, strip, terrain_of
+from flights.on_both_engines import BOTH
+from flights.rolling_spheres import clearance, roll, spheres
+from flights.scenes_of_facets import engine_over, joined, rough_grid, strip, terrain_of
 
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.values import Mode, Outcome

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from struck_spheres import FULL, struck
+from flights.struck_spheres import FULL, struck
 
 from rpf3d_core.kinetics.coulomb_sphere import MATERIALS_OWN
 from rpf3d_core.values import ZERO

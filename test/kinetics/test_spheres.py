@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from obstacles_made import fence, with_effects
-from rolling_spheres import clearance, places_of, roll, spheres
-from scenes_of_facets import (
+from flights.obstacles_made import fence, with_effects
+from flights.rolling_spheres import clearance, places_of, roll, spheres
+from flights.scenes_of_facets import (
     ENGINES,
     box,
     cone,

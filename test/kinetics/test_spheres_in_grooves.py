@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from on_both_engines import BOTH
-from rolling_spheres import roll, spheres
-from scenes_of_facets import engine_over, grid_triangles, strip, terrain_of
+from flights.on_both_engines import BOTH
+from flights.rolling_spheres import roll, spheres
+from flights.scenes_of_facets import engine_over, grid_triangles, strip, terrain_of
 
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.terrain.pit.synthetic import Pit, pit_terrain

@@ -1,9 +1,9 @@
 """Spheres that are released in a place with too little room for them."""
 
 import pytest
-from on_both_engines import BOTH
-from rolling_spheres import clearance, roll, spheres
-from scenes_of_facets import engine_over, strip
+from flights.on_both_engines import BOTH
+from flights.rolling_spheres import clearance, roll, spheres
+from flights.scenes_of_facets import engine_over, strip
 
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.values import Outcome

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pyarrow.parquet as parquet
 import pytest
-import scenes_of_facets as made
-from hazard_tallied import MASS, over, rocks_above, rough
-from models_by_name import models_called
-from rolling_spheres import spheres
+from flights import scenes_of_facets as made
+from flights.models_by_name import models_called
+from flights.rolling_spheres import spheres
+from hazards.hazard_tallied import MASS, over, rocks_above, rough
 
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.sizes import diameter_of

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from rebounds_named import MEAN, SPREAD, energy, falling_rock, flight_with, matrix_of, struck
-from scenes_of_facets import engine_over, fly, rough_grid, same_bits, surface
+from flights.rebounds_named import MEAN, SPREAD, energy, falling_rock, flight_with, matrix_of, struck
+from flights.scenes_of_facets import engine_over, fly, rough_grid, same_bits, surface
 
 from rpf3d_core.kinetics.rebounds.stochastic_matrix import StochasticMatrix
 from rpf3d_core.setup.builders.rebounds import cholesky

@@ -4,7 +4,7 @@ from itertools import count, islice
 
 import numpy as np
 import pytest
-from surveyed_hills import EAST, NORTH, cloud, grid, live_facets
+from live_sites.surveyed_hills import EAST, NORTH, cloud, grid, live_facets
 
 from rpf3d_core.hazard.walks.sheet import UNKNOWN, facet_beyond, is_alone, unknown_sheet
 from rpf3d_core.live.answers import EnsembleSize, answers

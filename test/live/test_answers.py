@@ -6,8 +6,8 @@ from itertools import count, islice, pairwise
 
 import numpy as np
 import pytest
-from live_ground import ENGINES, over_the_wall, pit_scene, pit_standing
-from watched_road import standing_over
+from live_sites.live_ground import ENGINES, over_the_wall, pit_scene, pit_standing
+from live_sites.watched_road import standing_over
 
 from rpf3d_core.ensemble import batches, stream
 from rpf3d_core.errors import InputError

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from alert_evidence import NOW, S, evidence, site
-from unknown_slope import SETS, standing_with
-from watched_road import LIMITS, ON_THE_SLOPE, ROAD, WANTED, slope, standing_over
+from live_sites.alert_evidence import NOW, S, evidence, site
+from live_sites.unknown_slope import SETS, standing_with
+from live_sites.watched_road import LIMITS, ON_THE_SLOPE, ROAD, WANTED, slope, standing_over
 
 from rpf3d_core.alerts.decide import decide
 from rpf3d_core.alerts.levels import Level

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from rounded_seams import free_sides_inside, rough_ground, rounded, sides_of, with_t_junctions
-from scenes_of_facets import rough_grid
+from flights.scenes_of_facets import rough_grid
+from meshes.rounded_seams import free_sides_inside, rough_ground, rounded, sides_of, with_t_junctions
 
 from rpf3d_core.live.ground import LiveTerrain, Workshop
 from rpf3d_core.live.survey import GridSurvey, MeshSurvey

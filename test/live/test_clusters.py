@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from watched_road import (
+from live_sites.watched_road import (
     ON_THE_SLOPE,
     WANTED,
     behind_a_bank,

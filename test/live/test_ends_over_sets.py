@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from alert_evidence import area, site
-from unknown_slope import SETS, stages, standing_with
-from watched_road import ON_THE_SLOPE, WANTED, decided_on, last_answer, slope, standing_over
+from live_sites.alert_evidence import area, site
+from live_sites.unknown_slope import SETS, stages, standing_with
+from live_sites.watched_road import ON_THE_SLOPE, WANTED, decided_on, last_answer, slope, standing_over
 
 from rpf3d_core.alerts.levels import Level
 from rpf3d_core.alerts.limits import energies_of

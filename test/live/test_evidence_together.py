@@ -3,7 +3,7 @@
 from itertools import permutations
 
 import pytest
-from alert_evidence import NOW, S, area, evidence, origin, site
+from live_sites.alert_evidence import NOW, S, area, evidence, origin, site
 
 from rpf3d_core.alerts.decide import decide
 from rpf3d_core.alerts.levels import Level

@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 import numpy as np
-from scenes_of_facets import flight, fly, surface
-from surveyed_hills import grid
+from flights.scenes_of_facets import flight, fly, surface
+from live_sites.surveyed_hills import grid
 
 from rpf3d_core.alerts.evidence import unfinished_of
 from rpf3d_core.live.ground import Workshop

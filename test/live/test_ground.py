@@ -5,7 +5,7 @@ import threading
 
 import numpy as np
 import pytest
-from surveyed_hills import cloud, edge_counts, grid, mesh
+from live_sites.surveyed_hills import cloud, edge_counts, grid, mesh
 
 from rpf3d_core.detection.bucket_locator import bucket_locator
 from rpf3d_core.errors import TerrainError

@@ -1,8 +1,8 @@
 """Tests of the outlines of areas: their identity, and which evidence belongs to a replaced outline."""
 
 import numpy as np
-from alert_evidence import NOW, S, area, evidence
-from watched_road import ON_THE_SLOPE, ROAD, last_answer, slope, standing_over
+from live_sites.alert_evidence import NOW, S, area, evidence
+from live_sites.watched_road import ON_THE_SLOPE, ROAD, last_answer, slope, standing_over
 
 from rpf3d_core.alerts.evidence import Outdated
 from rpf3d_core.live import outlines

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes_of_facets import flight, fly, surface
-from surveyed_hills import EAST, NORTH, cloud, corner_sets, edge_counts, grid, live_facets, mesh
+from flights.scenes_of_facets import flight, fly, surface
+from live_sites.surveyed_hills import EAST, NORTH, cloud, corner_sets, edge_counts, grid, live_facets, mesh
 
 from rpf3d_core.ensemble.flights import given_columns
 from rpf3d_core.errors import TerrainError

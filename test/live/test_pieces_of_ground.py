@@ -1,8 +1,8 @@
 """Tests that intersecting components of a live terrain are found in a mesh survey, and again after a patch."""
 
 import numpy as np
-from scenes_of_facets import flight, fly, surface
-from surveyed_hills import EAST, NORTH, grid, heights, mesh
+from flights.scenes_of_facets import flight, fly, surface
+from live_sites.surveyed_hills import EAST, NORTH, grid, heights, mesh
 
 from rpf3d_core.live.ground import LiveTerrain, Workshop
 from rpf3d_core.live.survey import MeshSurvey

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from surveyed_hills import cloud, grid, mesh
+from live_sites.surveyed_hills import cloud, grid, mesh
 
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.live.ground import Workshop

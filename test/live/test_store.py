@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from surveyed_hills import cloud, grid, live_facets, mesh
+from live_sites.surveyed_hills import cloud, grid, live_facets, mesh
 
 from rpf3d_core.errors import InputError, TerrainError
 from rpf3d_core.live.ground import Workshop
@@ -227,7 +227,7 @@ WRITER = """
 import sys
 from pathlib import Path
 sys.path[:0] = [{root!r}, {test!r}]
-from surveyed_hills import grid
+from live_sites.surveyed_hills import grid
 from rpf3d_core.live.stored import StoredSurvey, write_piece
 from rpf3d_core.live.store import WHOLE
 surveys = [grid(300, 300, seed=k) for k in range(2)]

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from watched_road import ON_THE_SLOPE, ROAD, decided_on, last_answer, road_site, slope, standing_over
+from live_sites.watched_road import ON_THE_SLOPE, ROAD, decided_on, last_answer, road_site, slope, standing_over
 
 from rpf3d_core.alerts.levels import Level
 from rpf3d_core.ensemble.batch import Batch

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from alert_evidence import NOW, area, decided, evidence, site
-from unknown_slope import RANGE, SCENE, SETS, stages, standing_with
-from watched_road import LIMITS, ON_THE_SLOPE, ROAD, WANTED, behind_a_bank, decided_on, slope
+from live_sites.alert_evidence import NOW, area, decided, evidence, site
+from live_sites.unknown_slope import RANGE, SCENE, SETS, stages, standing_with
+from live_sites.watched_road import LIMITS, ON_THE_SLOPE, ROAD, WANTED, behind_a_bank, decided_on, slope
 
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.alerts.decide import decide

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from alert_evidence import NOW, S
-from surveyed_hills import grid
-from watched_road import ON_THE_SLOPE, slope, standing_over
+from live_sites.alert_evidence import NOW, S
+from live_sites.surveyed_hills import grid
+from live_sites.watched_road import ON_THE_SLOPE, slope, standing_over
 
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.live.ground import Workshop

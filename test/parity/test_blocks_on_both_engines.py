@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from blocks_on_both_engines import ENGINES, differences, flown
+from campaigns.blocks_on_both_engines import ENGINES, differences, flown
 
 BENCH = Path(__file__).parents[2] / "config" / "scenes" / "bench_blocks.yaml"
 

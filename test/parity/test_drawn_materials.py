@@ -5,8 +5,8 @@ import math
 
 import numpy as np
 import pytest
-from compiled_loops import compiled_loops
-from scenes_of_facets import engine_over, flight, floor, gully, incline, rough_grid, same_bits, surface
+from flights.compiled_loops import compiled_loops
+from flights.scenes_of_facets import engine_over, flight, floor, gully, incline, rough_grid, same_bits, surface
 
 from rpf3d_core.ensemble.flights import Flights, given_columns
 from rpf3d_core.ensemble.fly import Flight, fly_ensemble

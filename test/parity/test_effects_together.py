@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_pit import scene_file
+from scenes.small_pit import scene_file
 
 from rpf3d_core.ensemble.flights import Flights, given_columns
 from rpf3d_core.ensemble.fly import fly_ensemble

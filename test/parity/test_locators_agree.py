@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scenes_of_facets import (
+from flights.scenes_of_facets import (
     engine_over,
     flight,
     floor,
@@ -108,7 +108,7 @@ NAN = """
 import sys
 sys.path[:0] = sys.argv[1:]
 import math
-from scenes_of_facets import floor
+from flights.scenes_of_facets import floor
 from rpf3d_core.arc import Arc
 from rpf3d_core.detection.contact import NOTHING_LEFT, first_contact
 from rpf3d_core.detection.vtk_locator import VtkLocator

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from scenes_of_facets import box, floor, joined, rough_grid, strip, terrain_of, turned
+from flights.scenes_of_facets import box, floor, joined, rough_grid, strip, terrain_of, turned
 
 from rpf3d_core.arc import Arc, position
 from rpf3d_core.detection.bucket_locator import BucketLocator, bucket_locator, first_contact_in_buckets

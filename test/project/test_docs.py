@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from package_files import ROOT, files_of
+from suite.package_files import ROOT, files_of
 
 CORE = files_of("rpf3d_core")
 

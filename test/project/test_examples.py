@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import ROOT, python
+from programs.command_line import ROOT, python
 
 import rpf3d_core as rpf3d
 from rpf3d_core.values import DEPOSITED, Outcome

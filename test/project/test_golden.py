@@ -1,6 +1,7 @@
-"""Tests that the results of this tree are bitwise those of golden.json (test/support/golden.py).
+"""Tests that the results of this tree are bitwise those of golden.json (test/support/golden_results/golden.py).
 
-A failure names the parts that differ. For an intended change, run `python test/support/golden.py --renew "WHY"`.
+A failure names the parts that differ. For an intended change, run
+`PYTHONPATH=test/support:. python -m golden_results.golden --renew "WHY"`.
 """
 
 import json
@@ -9,17 +10,17 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-import golden
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet
 import pytest
 import rasterio
-from golden_digests import SENTENCE, digest_of, digests_of, without_sentences
-from golden_scenes import ENTRIES
+from golden_results import golden
+from golden_results.golden_digests import SENTENCE, digest_of, digests_of, without_sentences
+from golden_results.golden_scenes import ENTRIES
 from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLPolyDataWriter
 
-RENEW = 'if that is intended: python test/support/golden.py --renew "WHY"'
+RENEW = 'if that is intended: PYTHONPATH=test/support:. python -m golden_results.golden --renew "WHY"'
 FLOWN = "meshes_of_zones"
 """Name of an entry that flies quickly and writes every kind of file."""
 
@@ -51,7 +52,7 @@ def test_golden_json_has_every_entry_and_a_reason() -> None:
 def test_every_model_and_effect_has_an_entry() -> None:
     offered = {f"{each['kind']}.{each['name']}" for each in json.loads(golden.command("effects", "--json"))}
     named = set().union(*(entry.named for entry in ENTRIES.values()))
-    assert offered - named == set(), "add a scene to test/support/golden_scenes.py"
+    assert offered - named == set(), "add a scene to test/support/golden_results/golden_scenes.py"
     assert {"rebound", "ground", "contact", "effects"} == {each.partition(".")[0] for each in offered}
 
 

@@ -6,7 +6,7 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
-from package_files import PACKAGES, ROOT, files_of
+from suite.package_files import PACKAGES, ROOT, files_of
 
 LAYERS = (
     {"errors", "values"},

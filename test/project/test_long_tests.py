@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from longest_first import (
+from suite.longest_first import (
     KEPT,
     files_listed,
     long_listed,
@@ -64,7 +64,7 @@ def test_listed_tests_are_not_among_those_of_make_test(pytestconfig: pytest.Conf
 
 def test_the_files_that_take_longest_come_first_and_the_others_stay_in_order() -> None:
     listed = [TESTS / file for file in seconds_of_files()]
-    assert set(listed) < set(FILES), "the list names a file that is not there: see test/support/longest_first.py"
+    assert set(listed) < set(FILES), "the list names a file that is not there: see test/support/suite/longest_first.py"
     others = [TESTS / "a.py", Path("/elsewhere/b.py"), TESTS / "c.py"]
     given = [*others[:2], *reversed(listed), others[2]]
     assert [given[i] for i in longest_first(given)][-3:] == others

@@ -5,7 +5,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 
 import pytest
-from package_files import PACKAGES, ROOT, files_of
+from suite.package_files import PACKAGES, ROOT, files_of
 
 MOST_PARAMETERS = 7
 """Largest number of parameters of a function, besides `self` and `cls`; more parameters belong in a record."""

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from compiled_loops import compiled_loops
+from flights.compiled_loops import compiled_loops
 
 from rpf3d_core.materials.streams import Purpose
 from rpf3d_core.runs.check import check_scene

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from package_files import PACKAGES, ROOT, files_of
+from suite.package_files import PACKAGES, ROOT, files_of
 
 ROS_TYPES = re.compile(r"[a-z_]+(_msgs|_srvs|_interfaces)")
 

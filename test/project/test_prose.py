@@ -5,8 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-import habits
 import pytest
+from suite import habits
 
 HABITS = Path(habits.__file__)
 ENTRIES = habits.DICTIONARY.read_text(encoding="utf-8").splitlines()

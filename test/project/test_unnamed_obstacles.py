@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
-import small_pit
+from scenes import small_pit
 
 ROOT = Path(__file__).parents[2]
 CODE = """

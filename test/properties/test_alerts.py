@@ -2,10 +2,10 @@
 
 import json
 
-from alert_evidence import NOW, RAMP, S, area, decided, evidence, later, seen_by, site
 from hypothesis import given
 from hypothesis import strategies as st
-from property_budget import examples
+from live_sites.alert_evidence import NOW, RAMP, S, area, decided, evidence, later, seen_by, site
+from suite.property_budget import examples
 
 from rpf3d_core.alerts.decide import decide
 from rpf3d_core.alerts.evidence import AreaEvidence, Evidence, Outdated

@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from flights.scenes_of_facets import ENGINES, engine_over, flight, fly, rough_grid, same_bits, specific_energy
 from hypothesis import example, given
 from hypothesis import strategies as st
-from property_budget import examples
-from scenes_of_facets import ENGINES, engine_over, flight, fly, rough_grid, same_bits, specific_energy
+from suite.property_budget import examples
 
 from rpf3d_core.ensemble.flights import given_columns
 from rpf3d_core.materials.library import Surface

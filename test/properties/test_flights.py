@@ -6,11 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from any_rock import ANY_ROCK
-from hypothesis import example, given
-from hypothesis import strategies as st
-from property_budget import examples
-from scenes_of_facets import (
+from flights.any_rock import ANY_ROCK
+from flights.scenes_of_facets import (
     ENGINES,
     engine_over,
     flight,
@@ -21,6 +18,9 @@ from scenes_of_facets import (
     terrain_of,
     turned,
 )
+from hypothesis import example, given
+from hypothesis import strategies as st
+from suite.property_budget import examples
 
 from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.flights import given_columns

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from flights_on_a_floor import SURVEY, floor, scene, thrown
-from hazard_layers import Points, lines_of_rocks, maps_of
+from flights.flights_on_a_floor import SURVEY, floor, scene, thrown
+from hazards.hazard_layers import Points, lines_of_rocks, maps_of
 
 from rpf3d_core.hazard.benches import bench_table, text_rows
 from rpf3d_core.hazard.maps import FEWEST_ROCKS

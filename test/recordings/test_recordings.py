@@ -5,8 +5,8 @@ import sys
 import numpy as np
 import pyarrow as pa
 import pytest
-from command_line import rpf3d
-from flights_on_a_floor import MASS, SOURCES, SURVEY, SURVEY_Y_UP, floor, none_thrown, scene, thrown
+from flights.flights_on_a_floor import MASS, SOURCES, SURVEY, SURVEY_Y_UP, floor, none_thrown, scene, thrown
+from programs.command_line import rpf3d
 
 from rpf3d_core.ensemble.colours import zone_colours
 from rpf3d_core.ensemble.paths import positions_at, sample_paths

@@ -14,9 +14,9 @@ from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 import pytest
-from browsers import LONGEST, LOOK, browser, picture
-from command_line import COMMAND, environment, rpf3d
-from listening import listening_addresses, session
+from programs.browsers import LONGEST, LOOK, browser, picture
+from programs.command_line import COMMAND, environment, rpf3d
+from programs.listening import listening_addresses, session
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.recordings.viewer_pages import PAGES, viewer_pages

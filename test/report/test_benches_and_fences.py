@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from terrain_files import with_models
+from input_files.terrain_files import with_models
 
 from rpf3d_core.report.content import report_elements
 from rpf3d_core.report.elements import Picture, Table, Text

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benches_fallen_from import TOE, fallen, thrown
+from scenes.benches_fallen_from import TOE, fallen, thrown
 
 from rpf3d_core.report.content import report_elements
 from rpf3d_core.report.fences_part import HEIGHTS_LEAVE_OUT

@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from terrain_files import grid, write_binary_stl
+from input_files.terrain_files import grid, write_binary_stl
 
 from rpf3d_core.report.elements import Table, Text
 from rpf3d_core.report.inputs_part import DEFAULT, GROUND, STATED, inputs_part

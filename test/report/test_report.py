@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from benches_fallen_from import bench
 from matplotlib.image import imread, imsave
+from scenes.benches_fallen_from import bench
 from typer.testing import CliRunner
 
 from rpf3d_core.cli import app

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from browsers import LONGEST, browser, changed, picture_that, settled
+from programs.browsers import LONGEST, browser, changed, picture_that, settled
 
 COLOURS = 200
 """Number of colours that a view of terrain, paths and map exceeds, but not an empty view."""

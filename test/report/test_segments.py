@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benches_fallen_from import fallen
+from scenes.benches_fallen_from import fallen
 
 from rpf3d_core.report.elements import Text, unbroken
 from rpf3d_core.report.fences_part import fences_part

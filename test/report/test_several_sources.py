@@ -1,7 +1,7 @@
 """Tests that a report of several sources shows the worst source of each place, and warns where others hide it."""
 
 import pytest
-from small_pit import scene_file
+from scenes.small_pit import scene_file
 
 from rpf3d_core.report.content import OF_WORST, report_elements
 from rpf3d_core.report.elements import Element, Table, Text, Warnings

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from benches_fallen_from import TOE, fallen, thrown
+from scenes.benches_fallen_from import TOE, fallen, thrown
 
 from rpf3d_core.hazard.by_source.worst import ALL
 from rpf3d_core.report import source_toes as toes_of_sources

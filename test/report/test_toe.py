@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benches_fallen_from import HEIGHT, TOE, fallen, thrown
+from scenes.benches_fallen_from import HEIGHT, TOE, fallen, thrown
 
 from rpf3d_core.report import toe
 from rpf3d_core.report.passing import never_rising, passing, places_beyond, places_for, shares_beyond

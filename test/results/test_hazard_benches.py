@@ -3,8 +3,8 @@
 import csv
 
 import pytest
-from flights_on_a_floor import floor
-from hazard_layers import lines_of_rocks, maps_of
+from flights.flights_on_a_floor import floor
+from hazards.hazard_layers import lines_of_rocks, maps_of
 
 from rpf3d_core.hazard.benches import bench_table
 from rpf3d_core.results.hazard_files.benches_csv import write_benches

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 import numpy as np
-from flights_on_a_floor import SURVEY, floor
-from hazard_layers import lines_of_rocks, maps_of
+from flights.flights_on_a_floor import SURVEY, floor
+from hazards.hazard_layers import lines_of_rocks, maps_of
 
 from rpf3d_core.results.hazard_folder import write_hazard
 from rpf3d_core.results.plots.hazard import write_hazard_pictures

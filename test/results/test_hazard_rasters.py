@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 import rasterio
-from flights_on_a_floor import FRAMES, SURVEY, SURVEY_Y_UP, floor
-from hazard_layers import Points, laid_out, lines_of_rocks, maps_of
+from flights.flights_on_a_floor import FRAMES, SURVEY, SURVEY_Y_UP, floor
+from hazards.hazard_layers import Points, laid_out, lines_of_rocks, maps_of
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.maps import FEWEST_ROCKS

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from flights_on_a_floor import FRAMES, SURVEY, SURVEY_Y_UP, floor
-from hazard_layers import laid_out, lines_of_rocks, maps_of
+from flights.flights_on_a_floor import FRAMES, SURVEY, SURVEY_Y_UP, floor
+from hazards.hazard_layers import laid_out, lines_of_rocks, maps_of
 from shapely.geometry import shape
 
 from rpf3d_core.formats.polygons import read_polygons

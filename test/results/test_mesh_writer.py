@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import ROOT, python
-from flights_on_a_floor import SURVEY, SURVEY_Y_UP, UNMOVED, floor
+from flights.flights_on_a_floor import SURVEY, SURVEY_Y_UP, UNMOVED, floor
+from programs.command_line import ROOT, python
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.results.mesh_writer import WRITERS, check_mesh_path, write_mesh
@@ -101,7 +101,7 @@ def test_a_disk_that_fills_up_is_an_error_and_leaves_the_mesh_that_was_there(tmp
     done = python(
         "import resource, sys; from pathlib import Path\n"
         f"sys.path.insert(0, {str(ROOT / 'test' / 'support')!r})\n"
-        "from flights_on_a_floor import floor; from rpf3d_core.errors import InputError\n"
+        "from flights.flights_on_a_floor import floor; from rpf3d_core.errors import InputError\n"
         "from rpf3d_core.results.mesh_writer import write_mesh\n"
         f"resource.setrlimit(resource.RLIMIT_FSIZE, ({FULL}, {FULL}))\n"
         f"try:\n    write_mesh(Path({str(path)!r}), floor(cells=60))\n"

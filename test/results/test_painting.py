@@ -7,10 +7,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from command_line import LONGEST, ROOT, environment
-from flights_on_a_floor import SURVEY, findings, floor, scene, thrown
-from processes import children_of, is_there
-from terrain_files import SLOPE, grid, write_binary_stl
+from flights.flights_on_a_floor import SURVEY, findings, floor, scene, thrown
+from input_files.terrain_files import SLOPE, grid, write_binary_stl
+from programs.command_line import LONGEST, ROOT, environment
+from programs.processes import children_of, is_there
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.convergence import Place, Step
@@ -139,7 +139,7 @@ def test_a_script_without_a_guard_runs_once_and_leaves_no_process(tmp_path: Path
     script = tmp_path / "script.py"
     script.write_text(
         "import os\n"
-        "from processes import children_of\n"
+        "from programs.processes import children_of\n"
         "from rpf3d_core.results import painting\n"
         "from rpf3d_core.runs import run\n"
         "painting.has_spare_core = lambda: True\n"

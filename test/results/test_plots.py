@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from flights_on_a_floor import FRAMES, SIDE, SOURCES, SURVEY, UNMOVED, floor, none_thrown, thrown
+from flights.flights_on_a_floor import FRAMES, SIDE, SOURCES, SURVEY, UNMOVED, floor, none_thrown, thrown
 from matplotlib.image import imread
 
 from rpf3d_core.ensemble.colours import OUTCOME_COLOURS, zone_colours

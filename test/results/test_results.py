@@ -4,7 +4,7 @@ import csv
 import json
 
 import pytest
-from flights_on_a_floor import SURVEY, findings, floor, none_thrown, scene, thrown
+from flights.flights_on_a_floor import SURVEY, findings, floor, none_thrown, scene, thrown
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.convergence import Place, Step

@@ -7,14 +7,14 @@ import sys
 from pathlib import Path
 
 import pytest
-from command_line import LONGEST, environment
-from processes import is_there
-from waiting import wait_for
+from programs.command_line import LONGEST, environment
+from programs.processes import is_there
+from programs.waiting import wait_for
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.results.second_process import SecondProcessEnded, second_process
 
-CLERK = ("second_workers", "Clerk")
+CLERK = ("programs.second_workers", "Clerk")
 
 
 def number_in(path: Path) -> int:
@@ -63,7 +63,7 @@ def test_a_failure_that_cannot_be_pickled_keeps_its_words() -> None:
 
 
 def test_a_class_that_is_not_there_is_a_failure() -> None:
-    with second_process("second_workers", "Nobody") as second:
+    with second_process("programs.second_workers", "Nobody") as second:
         assert second is not None
         second.ask("note")
         with pytest.raises(AttributeError, match="Nobody"):

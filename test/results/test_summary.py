@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from flights_on_a_floor import (
+from flights.flights_on_a_floor import (
     BOUNCES,
     FRAMES,
     SURVEY,

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pyarrow.parquet as parquet
 import pytest
-from flights_on_a_floor import BOUNCES, FRAMES, MASS, SOURCES, floor, none_thrown, thrown
+from flights.flights_on_a_floor import BOUNCES, FRAMES, MASS, SOURCES, floor, none_thrown, thrown
 
 from rpf3d_core.ensemble.paths import sample_paths
 from rpf3d_core.results.tables import open_tables, write_trajectories

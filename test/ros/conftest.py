@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from diagnostic_msgs.msg import DiagnosticArray
-from live_peer import PATIENCE, LivePeer
+from messages.live_peer import PATIENCE, LivePeer
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node

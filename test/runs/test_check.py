@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import python, rpf3d
-from terrain_files import SLOPE, grid, with_models, write_binary_stl
+from input_files.terrain_files import SLOPE, grid, with_models, write_binary_stl
+from programs.command_line import python, rpf3d
 
 from rpf3d_core import cli
 from rpf3d_core.commands.check import _describe_cost

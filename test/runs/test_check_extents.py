@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mine_files import EAST, NORTH, at_site, write_dxf, write_landxml, write_vector
-from terrain_files import grid, with_models, write_binary_stl
+from input_files.mine_files import EAST, NORTH, at_site, write_dxf, write_landxml, write_vector
+from input_files.terrain_files import grid, with_models, write_binary_stl
 from typer.testing import CliRunner
 
 from rpf3d_core.cli import app

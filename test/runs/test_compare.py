@@ -3,8 +3,8 @@
 import json
 
 import pytest
-from command_line import rpf3d as command
-from small_pit import scene_file
+from programs.command_line import rpf3d as command
+from scenes.small_pit import scene_file
 
 import rpf3d_core as rpf3d
 from rpf3d_core.ensemble.statistics import share_of

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from terrain_files import with_models
+from input_files.terrain_files import with_models
 
 from rpf3d_core.report.run_files import read_run
 from rpf3d_core.report.section import critical_section

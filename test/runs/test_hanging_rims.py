@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from on_both_engines import BOTH
-from scenes_of_facets import engine_over, flight, floor, fly, joined, rough_grid, surface, terrain_of
+from flights.on_both_engines import BOTH
+from flights.scenes_of_facets import engine_over, flight, floor, fly, joined, rough_grid, surface, terrain_of
 
 from rpf3d_core.jit.dispatch import HAS_NUMBA
 from rpf3d_core.setup.warnings import hanging_rims as hanging_rims_module

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes_of_facets import terrain_of
-from small_pit import scene_file
-from terrain_files import write_binary_stl
+from flights.scenes_of_facets import terrain_of
+from input_files.terrain_files import write_binary_stl
+from scenes.small_pit import scene_file
 
 import rpf3d_core as rpf3d
 from rpf3d_core.hazard.by_set.displaced import moved_cells, zones_in_plan

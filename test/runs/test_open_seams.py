@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import call
-from scenes_of_facets import rough_grid, terrain_of
+from flights.scenes_of_facets import rough_grid, terrain_of
+from programs.command_line import call
 
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.terrain import read_terrain

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 import rasterio
-from small_pit import scene_file
+from scenes.small_pit import scene_file
 
 import rpf3d_core as rpf3d
 from rpf3d_core.ensemble.fly import fly_ensemble

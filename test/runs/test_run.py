@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import python
-from terrain_files import grid, write_binary_stl
+from input_files.terrain_files import grid, write_binary_stl
+from programs.command_line import python
 
 import rpf3d_core as rpf3d
 from rpf3d_core.scene.model import LARGEST_SEED

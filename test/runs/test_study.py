@@ -6,7 +6,7 @@ from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from small_pit import scene_file
+from scenes.small_pit import scene_file
 
 import rpf3d_core as rpf3d
 from rpf3d_core.ensemble import samples

@@ -4,8 +4,8 @@ import json
 from pathlib import Path
 
 import pytest
-from command_line import ROOT, rpf3d
-from small_pit import scene_file
+from programs.command_line import ROOT, rpf3d
+from scenes.small_pit import scene_file
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.runs import thesis, thesis_report

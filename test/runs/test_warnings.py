@@ -3,8 +3,8 @@
 from pathlib import Path
 
 import pytest
-from command_line import rpf3d
-from terrain_files import SLOPE, grid, write_binary_stl
+from input_files.terrain_files import SLOPE, grid, write_binary_stl
+from programs.command_line import rpf3d
 
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.warnings.suspicious_settings import warnings_of

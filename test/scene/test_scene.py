@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rasterio
-from command_line import rpf3d
+from programs.command_line import rpf3d
 from pydantic import ValidationError
 from rasterio.transform import from_origin
 

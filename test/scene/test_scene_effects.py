@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_pit import scene_file
+from scenes.small_pit import scene_file
 
 from rpf3d_core.effects.drag import Drag
 from rpf3d_core.effects.drag_layer import stands_at

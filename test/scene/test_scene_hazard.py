@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from flights_on_a_floor import SCENE
+from flights.flights_on_a_floor import SCENE
 from pydantic import ValidationError, create_model
 
 from rpf3d_core.errors import SceneError

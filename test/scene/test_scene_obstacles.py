@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-import small_pit
+from scenes import small_pit
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.scene.reading import read_scene

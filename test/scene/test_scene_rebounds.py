@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from models_by_name import models_called
+from flights.models_by_name import models_called
 
 from rpf3d_core.errors import SceneError
 from rpf3d_core.scene.reading import read_scene

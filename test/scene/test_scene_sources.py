@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from terrain_files import write_binary_stl
+from input_files.terrain_files import write_binary_stl
 
 import rpf3d_core as rpf3d
 from rpf3d_core.setup.sources import scene_sources

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mine_files import write_vector
-from terrain_files import write_binary_stl
+from input_files.mine_files import write_vector
+from input_files.terrain_files import write_binary_stl
 
 import rpf3d_core as rpf3d
 from rpf3d_core.scene.reading import read_scene, scene_digest

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mine_files import write_dxf_layers
+from input_files.mine_files import write_dxf_layers
 
 from rpf3d_core import simulate
 from rpf3d_core.errors import InputError

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from terrain_files import with_models
+from input_files.terrain_files import with_models
 from typer.testing import CliRunner
 
 from rpf3d_core.cli import app

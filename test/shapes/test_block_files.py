@@ -4,9 +4,9 @@ from itertools import product
 
 import numpy as np
 import pytest
+from bodies.solid_checks import assert_is_a_closed_convex_solid, chirality
+from input_files.terrain_files import SHARED_DATA, ascii_stl, write_binary_stl
 from scipy.spatial import ConvexHull
-from solid_checks import assert_is_a_closed_convex_solid, chirality
-from terrain_files import SHARED_DATA, ascii_stl, write_binary_stl
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.shapes.block_files import read_block

@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from solid_checks import assert_is_a_closed_convex_solid, integrals
+from bodies.solid_checks import assert_is_a_closed_convex_solid, integrals
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.shapes.directions import fibonacci_sphere

@@ -6,8 +6,8 @@ from itertools import permutations, product
 
 import numpy as np
 import pytest
+from bodies.solid_checks import assert_is_a_closed_convex_solid, chirality, edge_count, integrals
 from scipy.spatial.transform import Rotation
-from solid_checks import assert_is_a_closed_convex_solid, chirality, edge_count, integrals
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.shapes.polyhedron import _outline, _without_edge_points, hull_volume, polyhedron_of, scaled_to_volume

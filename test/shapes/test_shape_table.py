@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from solid_checks import integrals
+from bodies.solid_checks import integrals
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.jit.dispatch import loop

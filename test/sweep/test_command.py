@@ -5,8 +5,8 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from command_line import COMMAND, call, environment, refused
-from waiting import wait_for
+from programs.command_line import COMMAND, call, environment, refused
+from programs.waiting import wait_for
 
 SCENE = """\
 terrain: {benches: {number: 1, height: 10, floor: 60}}

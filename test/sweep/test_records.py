@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from sweeps import BERM, SCENE, Here, road, written
+from scenes.sweeps import BERM, SCENE, Here, road, written
 
 from rpf3d_core.commands.sweep import _executor
 from rpf3d_core.errors import InputError

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from sweeps import BERM, SCENE, Here, road, written
+from scenes.sweeps import BERM, SCENE, Here, road, written
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.scene.reading import read_scene, scene_digest

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from sweeps import ANGLE, BERM, FENCE, SCENE, UNKNOWN, Here, road, table, written
+from scenes.sweeps import ANGLE, BERM, FENCE, SCENE, UNKNOWN, Here, road, table, written
 
 import rpf3d_core as rpf3d
 from rpf3d_core.hazard.benches import bench_table

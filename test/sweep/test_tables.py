@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
-from sweeps import BERM, FENCE, SCENE, UNKNOWN, Here, road, written
+from scenes.sweeps import BERM, FENCE, SCENE, UNKNOWN, Here, road, written
 
 from rpf3d_core.sweep.figures import PREDICTIVE, SAMPLING, Figure
 from rpf3d_core.sweep.files import panels_of

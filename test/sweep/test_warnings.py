@@ -4,8 +4,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from command_line import call
-from sweeps import ANGLE, BERM, FENCE, SCENE, UNKNOWN, Here, road, table, written
+from programs.command_line import call
+from scenes.sweeps import ANGLE, BERM, FENCE, SCENE, UNKNOWN, Here, road, table, written
 
 import rpf3d_core as rpf3d
 from rpf3d_core.results.notes import warnings_of_run

@@ -4,10 +4,10 @@ import json
 
 import numpy as np
 import pytest
-import scenes_of_facets as made
-import small_pit
-from on_both_engines import BOTH, as_loaded, lies_on, loses_energy
-from terrain_files import grid
+from flights import scenes_of_facets as made
+from flights.on_both_engines import BOTH, as_loaded, lies_on, loses_energy
+from input_files.terrain_files import grid
+from scenes import small_pit
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.runs.run import simulate

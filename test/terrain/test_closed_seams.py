@@ -5,9 +5,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from models_by_name import models_called
-from random_ground import Case, fallen, in_the_air
-from rounded_seams import (
+from flights.models_by_name import models_called
+from flights.scenes_of_facets import ENGINES, engine_over, joined, released, rough_grid, terrain_of, without_facets
+from meshes.random_ground import Case, fallen, in_the_air
+from meshes.rounded_seams import (
     areas_in_plan,
     directed_twice,
     free_sides_inside,
@@ -16,7 +17,6 @@ from rounded_seams import (
     sides_of,
     with_t_junctions,
 )
-from scenes_of_facets import ENGINES, engine_over, joined, released, rough_grid, terrain_of, without_facets
 
 from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.fly import fly_ensemble

@@ -2,7 +2,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from terrain_files import grid
+from input_files.terrain_files import grid
 
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import Frame

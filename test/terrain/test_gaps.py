@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import shapely
-from scenes_of_facets import terrain_of
+from flights.scenes_of_facets import terrain_of
 
 from rpf3d_core.terrain import gaps
 from rpf3d_core.terrain.gaps import caps_over

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from terrain_files import grid, scene_of, write_binary_stl
+from input_files.terrain_files import grid, scene_of, write_binary_stl
 
 from rpf3d_core.setup.terrain import read_terrain
 from rpf3d_core.setup.warnings.overlapping_files import overlap_warnings, shared_window

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from terrain_files import SHARED_DATA, grid, scene_of, write_binary_stl
+from input_files.terrain_files import SHARED_DATA, grid, scene_of, write_binary_stl
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.polygons import read_polygons
@@ -220,7 +220,7 @@ import sys
 sys.path[:0] = sys.argv[2:]
 import numpy as np
 from pathlib import Path
-from terrain_files import scene_of
+from input_files.terrain_files import scene_of
 from rpf3d_core.setup.terrain import read_terrain
 from rpf3d_core.terrain.facets import facets_of
 from rpf3d_core.simulation.engines import engine_of
@@ -282,7 +282,7 @@ CHILD = """
 import sys, time
 sys.path[:0] = sys.argv[2:]
 from pathlib import Path
-from terrain_files import scene_of
+from input_files.terrain_files import scene_of
 from rpf3d_core.setup.terrain import read_terrain
 begin = time.process_time()
 terrain, report = read_terrain(scene_of(Path(sys.argv[1])))

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from terrain_files import grid
+from input_files.terrain_files import grid
 
 from rpf3d_core.terrain.mesh.border import border_of
 from rpf3d_core.terrain.mesh.components import components

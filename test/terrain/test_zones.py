@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
+from input_files.terrain_files import grid
 from shapely.geometry import MultiPolygon, box
-from terrain_files import grid
 
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import Frame

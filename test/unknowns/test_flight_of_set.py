@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_pit import scene_file
+from scenes.small_pit import scene_file
 
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.errors import InputError

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from command_line import rpf3d
-from terrain_files import SHARED_DATA
+from input_files.terrain_files import SHARED_DATA
+from programs.command_line import rpf3d
 
 from rpf3d_core.setup.terrain import read_surface
 from rpf3d_core.values import OUTCOME_SENTENCES, Outcome

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from field_cases import authume, tschamut
 from field_cases.flying import Ends, Keys
-from terrain_files import ascii_stl
+from input_files.terrain_files import ascii_stl
 
 GROUND = {"normal_restitution": 0.0, "tangential_restitution": 0.0, "friction_angle_deg": 40.0}
 STOPS_AT_ONCE = {"rebound": "constant", "ground": "sliding", "materials": {"default": GROUND}}

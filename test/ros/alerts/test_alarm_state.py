@@ -13,11 +13,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from waiting import wait_for
+from programs.waiting import wait_for
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from alert_evidence import NOW, S, decided, evidence
+from live_sites.alert_evidence import NOW, S, decided, evidence
 from std_msgs.msg import Header
 
 from rpf3d_ros.alerts.alarm_state import NOTHING_YET, AlarmState, HeardAlert, heard_alert

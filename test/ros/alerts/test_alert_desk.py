@@ -6,11 +6,11 @@ from types import SimpleNamespace
 from unittest.mock import MagicMock
 
 import pytest
-from waiting import wait_for
+from programs.waiting import wait_for
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from alert_evidence import NOW, S, area, evidence, site
+from live_sites.alert_evidence import NOW, S, area, evidence, site
 
 from rpf3d_core.alerts.decide import decide
 from rpf3d_core.alerts.evidence import untouched

@@ -4,11 +4,11 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from alert_evidence import NOW, S, area, evidence, site
+from live_sites.alert_evidence import NOW, S, area, evidence, site
+from live_sites.watched_pit import shown_at, start_over_the_pit
 from never_green import pit
 from never_green.plan import Send, Truth
 from never_green.stories import RADAR_A, patch_send
-from watched_pit import shown_at, start_over_the_pit
 
 from rpf3d_ros.alerts.region_evidence import RegionEvidence
 from rpf3d_ros.alerts.watched_terrain import WatchedTerrain

@@ -5,11 +5,11 @@ import time
 from functools import partial
 
 import pytest
-from waiting import wait_for
+from programs.waiting import wait_for
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from alert_evidence import NOW, S, area, evidence, site
+from live_sites.alert_evidence import NOW, S, area, evidence, site
 
 from rpf3d_core.alerts.levels import Level
 from rpf3d_core.alerts.log import DecisionLog

@@ -5,10 +5,10 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 import numpy as np
+from live_sites.watched_pit import shown_at, start_over_the_pit
 from never_green import pit
 from never_green.plan import Send, Truth
 from never_green.stories import RADAR_A
-from watched_pit import shown_at, start_over_the_pit
 
 from rpf3d_core.live.outlines import WatchedOutlines
 

@@ -5,10 +5,10 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 import numpy as np
+from live_sites.watched_pit import start_with
 from never_green import pit
 from never_green.plan import Plan, Send, Speaker, Truth
 from never_green.stories import CLICK, RADAR_A, survey
-from watched_pit import start_with
 
 from rpf3d_ros.alerts.source_topics import ONLY_CLICKS
 

@@ -3,11 +3,11 @@
 from functools import partial
 
 import pytest
-from waiting import wait_for
+from programs.waiting import wait_for
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from alert_evidence import EVACUATE, NORMAL, NOW, S, evidence, site
+from live_sites.alert_evidence import EVACUATE, NORMAL, NOW, S, evidence, site
 
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.alerts.levels import Level

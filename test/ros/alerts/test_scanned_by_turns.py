@@ -5,11 +5,11 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 import numpy as np
+from live_sites.watched_pit import shown_at
 from never_green import pit
 from never_green.combination import Run
 from never_green.plan import Plan, Send, Speaker, Truth
 from never_green.stories import CLICK, RADAR_A, patch_send, survey
-from watched_pit import shown_at
 
 BANK_REMOVED = 7.0
 TRUTH = Truth(sources=(), bank_until=BANK_REMOVED, areas=(pit.outline(pit.ROAD),) * 2, area_since=0.0)

@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 import numpy as np
-from alert_evidence import FLOWN, NOW, S, area, evidence, site
+from live_sites.alert_evidence import FLOWN, NOW, S, area, evidence, site
 
 from rpf3d_core.live.triggers import trigger_of
 from rpf3d_ros.alerts import place_checks as place_checks_module

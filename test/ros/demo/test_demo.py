@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from waiting import wait_for
+from programs.waiting import wait_for
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 pytest.importorskip("rerun", reason="rerun-sdk is not installed")

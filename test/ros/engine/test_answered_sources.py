@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from live_ground import over_the_wall
+from live_sites.live_ground import over_the_wall
 
 from rpf3d_core.live.triggers import trigger_of
 from rpf3d_ros.alerts.source_topics import BY_HAND

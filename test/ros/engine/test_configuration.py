@@ -5,8 +5,8 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from live_ground import pit_scene
-from surveyed_hills import cloud, grid
+from live_sites.live_ground import pit_scene
+from live_sites.surveyed_hills import cloud, grid
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.live.ground import Workshop

@@ -6,11 +6,11 @@ import time
 from functools import partial
 
 import pytest
-from waiting import wait_for
+from programs.waiting import wait_for
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from live_ground import over_the_wall, pit_ground, pit_scene
+from live_sites.live_ground import over_the_wall, pit_ground, pit_scene
 
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.live.answers import EnsembleSize, answers

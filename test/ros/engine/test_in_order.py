@@ -7,7 +7,7 @@ from functools import partial
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
-from property_budget import examples
+from suite.property_budget import examples
 
 from rpf3d_ros.engine.in_order import InOrder
 

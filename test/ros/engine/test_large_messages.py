@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from live_peer import resident
+from messages.live_peer import resident
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile
 from shape_msgs.msg import Mesh

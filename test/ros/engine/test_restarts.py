@@ -14,7 +14,7 @@ from never_green import combination, pit
 from never_green.combination import Run, configuration_of
 from never_green.plan import Plan, Send, Speaker, Truth
 from never_green.stories import MAX_AGE, RADAR_A, RADAR_B, patch_send, survey
-from waiting import wait_for
+from programs.waiting import wait_for
 
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.alerts.levels import Level

@@ -11,8 +11,8 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from diagnostic_msgs.msg import DiagnosticArray
-from live_peer import PATIENCE, LivePeer, cloud, poses, with_alerts
-from ports import free_port
+from messages.live_peer import PATIENCE, LivePeer, cloud, poses, with_alerts
+from programs.ports import free_port
 
 from rpf3d_ros.interface.qos import ALERTS, DEADLINE, HEARTBEAT, LEASE
 from rpf3d_ros.nodes.alarm_contacts import is_closed, line_says_closed

@@ -4,7 +4,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from live_peer import SECOND, poses, with_alerts
+from messages.live_peer import SECOND, poses, with_alerts
 
 from rpf3d_core.alerts.log_files import files_in
 from rpf3d_ros.messages.health import ERROR

@@ -16,10 +16,10 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from geometry_msgs.msg import Point, PointStamped
-from live_peer import FEW_ROCKS, INPUTS, ON_THE_SLOPE, TOE, cloud, header, polygon, poses, ramp, resident
-from mutated_files import mutated
-from quick import long_except
+from input_files.mutated_files import mutated
+from messages.live_peer import FEW_ROCKS, INPUTS, ON_THE_SLOPE, TOE, cloud, header, polygon, poses, ramp, resident
 from rclpy.serialization import serialize_message
+from suite.quick import long_except
 
 from rpf3d_ros.messages.cloud_messages import cloud_of_columns
 from rpf3d_ros.messages.survey_mesh import grid_mesh

@@ -6,7 +6,7 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from geometry_msgs.msg import PoseArray
-from live_peer import ON_THE_SLOPE, SECOND, cloud, long_ramp, polygon, poses, ramp, with_alerts
+from messages.live_peer import ON_THE_SLOPE, SECOND, cloud, long_ramp, polygon, poses, ramp, with_alerts
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Bool

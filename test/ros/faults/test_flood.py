@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from live_peer import FEW_ROCKS, NODE, poses, resident
+from messages.live_peer import FEW_ROCKS, NODE, poses, resident
 
 SECONDS = float(os.environ.get("RPF3D_FLOOD", "5"))
 """Duration (s) of the flood at its nominal rate; a minute in `make soak`."""

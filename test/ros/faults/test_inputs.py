@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from live_peer import FEW_ROCKS, ON_THE_SLOPE, SECOND, TOE, cloud, polygon, poses, ramp, resident
+from messages.live_peer import FEW_ROCKS, ON_THE_SLOPE, SECOND, TOE, cloud, polygon, poses, ramp, resident
 
 from rpf3d_ros.messages.health import WARN
 from rpf3d_ros.messages.survey_mesh import grid_mesh

@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from geometry_msgs.msg import PoseArray
-from live_peer import ON_THE_SLOPE, cloud, poses, ramp, with_alerts
+from messages.live_peer import ON_THE_SLOPE, cloud, poses, ramp, with_alerts
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import PointCloud2
 

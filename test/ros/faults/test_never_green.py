@@ -10,13 +10,13 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 from pathlib import Path
 
 import numpy as np
-from ending import load
 from never_green.campaign import NO_DEFECT, failures_of, verdicts, words_of
 from never_green.combination import CLEAN, SINGLE, drawn, run
 from never_green.defects import DEFECTS
 from never_green.guards import GUARDS, ROOT, listed
 from never_green.live import several
 from never_green.narrow import NARROW
+from programs.ending import load
 
 from rpf3d_ros.alerts.region_evidence import TopicEvidence
 

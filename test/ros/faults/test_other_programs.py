@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 pytest.importorskip("rerun", reason="rerun-sdk is not installed")
 
-from live_peer import PATIENCE, full_disk, with_alerts
+from messages.live_peer import PATIENCE, full_disk, with_alerts
 
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.recordings.content import rows_by_entity, verify

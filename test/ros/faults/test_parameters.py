@@ -6,7 +6,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from live_peer import CONFIGURE, PATIENCE, SITE
+from messages.live_peer import CONFIGURE, PATIENCE, SITE
 
 DEMO = Path(__file__).resolve().parents[3] / "config" / "scenes" / "demo.yaml"
 REFUSED = {

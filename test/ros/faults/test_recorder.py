@@ -13,9 +13,9 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 pytest.importorskip("rerun", reason="rerun-sdk is not installed")
 
-import recorded_messages as made
-from live_peer import PATIENCE
-from ports import free_port
+from messages import recorded_messages as made
+from messages.live_peer import PATIENCE
+from programs.ports import free_port
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.recordings.content import content_of, repair, rows_by_entity, verify

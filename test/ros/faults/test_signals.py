@@ -4,8 +4,8 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from ending import ended_in_time
-from live_peer import CONFIGURE, SHUT_DOWN, cloud, ramp_of, with_alerts
+from messages.live_peer import CONFIGURE, SHUT_DOWN, cloud, ramp_of, with_alerts
+from programs.ending import ended_in_time
 
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.live.store import read_last

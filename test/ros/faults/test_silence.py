@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from geometry_msgs.msg import PoseArray
-from live_peer import ON_THE_SLOPE, cloud, long_ramp, polygon, poses, with_alerts
+from messages.live_peer import ON_THE_SLOPE, cloud, long_ramp, polygon, poses, with_alerts
 
 from rpf3d_ros.interface.qos import LATCHED
 from rpf3d_ros.messages.health import ERROR, OK

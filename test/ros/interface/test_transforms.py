@@ -6,7 +6,7 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from geometry_msgs.msg import Point, PointStamped, Pose, PoseArray, Quaternion
-from live_peer import cloud, header, polygon, poses
+from messages.live_peer import cloud, header, polygon, poses
 
 from rpf3d_ros.interface.transforms import NEWEST, FoundTransform, InputFrames
 from rpf3d_ros.messages.area_messages import rings_of_equipment, rings_of_polygon

@@ -7,8 +7,8 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from alert_evidence import NOW, area, decided, evidence, origin
 from jsonschema import Draft202012Validator
+from live_sites.alert_evidence import NOW, area, decided, evidence, origin
 from std_msgs.msg import Header
 
 from rpf3d_core.alerts.levels import Level

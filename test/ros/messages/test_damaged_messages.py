@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from quick import long_except
+from suite.quick import long_except
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 pytest.importorskip("rosbags", reason="rosbags is not installed")
@@ -27,9 +27,9 @@ import random, resource, sys, traceback, warnings
 kind, count, memory = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
 sys.path[:0] = sys.argv[4:]
 warnings.simplefilter("ignore")
-from mutated_files import mutated
-from mutated_messages import CONVERSIONS
-from recorded_messages import without_chance
+from input_files.mutated_files import mutated
+from messages.mutated_messages import CONVERSIONS
+from messages.recorded_messages import without_chance
 from rclpy.serialization import deserialize_message
 from rpf3d_ros.messages.refusals import MessageRefused
 

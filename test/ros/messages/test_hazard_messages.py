@@ -10,8 +10,8 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 from builtin_interfaces.msg import Time
 from nav_msgs.msg import OccupancyGrid
 from rclpy.serialization import deserialize_message, serialize_message
-from slowness import slowness
 from std_msgs.msg import Header
+from suite.slowness import slowness
 
 from rpf3d_core.hazard.maps import CellStatistics, HazardMaps, Layers, Raster
 from rpf3d_core.live.cells import TerrainCells

@@ -11,10 +11,10 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
-from property_budget import examples
 from rclpy.serialization import deserialize_message, serialize_message
-from slowness import slowness
 from std_msgs.msg import ColorRGBA, Header
+from suite.property_budget import examples
+from suite.slowness import slowness
 from visualization_msgs.msg import Marker, MarkerArray
 
 from rpf3d_core.live.zones import ShownZone

@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 import rclpy
-from live_peer import PATIENCE
+from messages.live_peer import PATIENCE
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.time import Time
 

@@ -6,7 +6,7 @@ import sys
 from functools import partial
 
 import pytest
-from waiting import wait_for
+from programs.waiting import wait_for
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 

@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from live_peer import header
+from messages.live_peer import header
 from rclpy.time import Time
 
 from rpf3d_ros.engine.stamp_guards import StampGuards

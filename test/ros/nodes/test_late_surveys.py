@@ -4,7 +4,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from live_peer import FEW_ROCKS, cloud, ramp, ramp_of
+from messages.live_peer import FEW_ROCKS, cloud, ramp, ramp_of
 
 from rpf3d_ros.messages.survey_mesh import grid_mesh
 from rpf3d_ros.messages.terrain_messages import cdr_of_mesh

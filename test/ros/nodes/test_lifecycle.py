@@ -8,10 +8,10 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from builtin_interfaces.msg import Time
-from ending import ended_in_time
 from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
+from programs.ending import ended_in_time
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from std_msgs.msg import Header

@@ -16,7 +16,7 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, Point32, Polygon, PolygonStamped, Pose, PoseArray, Quaternion
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
-from live_peer import PATIENCE, acknowledge_as
+from messages.live_peer import PATIENCE, acknowledge_as
 from std_msgs.msg import Header
 
 from rpf3d_core.alerts.audit import audit_log

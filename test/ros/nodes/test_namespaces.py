@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from live_peer import with_alerts
+from messages.live_peer import with_alerts
 from rcl_interfaces.srv import GetParameters
 
 from rpf3d_ros.demo.processes import node_process

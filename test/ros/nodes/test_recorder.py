@@ -6,8 +6,8 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-import recorded_messages as made
 from diagnostic_msgs.msg import DiagnosticArray
+from messages import recorded_messages as made
 
 from rpf3d_core.errors import InputError
 from rpf3d_ros.interface.parameters import RecorderParameters

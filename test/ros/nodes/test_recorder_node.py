@@ -10,7 +10,7 @@ pytest.importorskip("rerun", reason="rerun-sdk is not installed")
 
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion
-from live_peer import PATIENCE
+from messages.live_peer import PATIENCE
 from std_msgs.msg import Header
 
 from rpf3d_core.errors import InputError

@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from live_peer import PATIENCE
+from messages.live_peer import PATIENCE
 from rclpy.serialization import serialize_message
 
 from rpf3d_core.errors import InputError

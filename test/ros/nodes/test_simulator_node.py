@@ -9,9 +9,9 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from builtin_interfaces.msg import Time
-from ending import ended_in_time
 from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion
-from live_peer import PATIENCE
+from messages.live_peer import PATIENCE
+from programs.ending import ended_in_time
 from std_msgs.msg import Header
 
 from rpf3d_core.live.survey import GridSurvey, MeshSurvey

@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
-from live_peer import ON_THE_SLOPE, SECOND, TOE, cloud, header, long_ramp, polygon, poses, ramp, with_alerts
+from messages.live_peer import ON_THE_SLOPE, SECOND, TOE, cloud, header, long_ramp, polygon, poses, ramp, with_alerts
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from rpf3d_ros.messages.health import ERROR

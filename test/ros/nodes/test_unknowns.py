@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from live_peer import polygon, with_alerts
+from messages.live_peer import polygon, with_alerts
 
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.unknowns.parameter_sets import parameter_sets, write_parameter_sets

@@ -14,8 +14,8 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 pytest.importorskip("rerun", reason="rerun-sdk is not installed")
 pytest.importorskip("rosbags", reason="rosbags is not installed")
 
-import recorded_messages as made
-from live_peer import PATIENCE
+from messages import recorded_messages as made
+from messages.live_peer import PATIENCE
 from rosbags.rosbag2 import StoragePlugin, Writer
 
 from rpf3d_core.errors import InputError

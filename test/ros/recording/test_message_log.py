@@ -7,9 +7,9 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-import recorded_messages as made
 from diagnostic_msgs.msg import KeyValue
 from geometry_msgs.msg import Point, PointStamped, Pose, PoseArray
+from messages import recorded_messages as made
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Bool
 

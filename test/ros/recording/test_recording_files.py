@@ -5,7 +5,7 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 pytest.importorskip("rerun", reason="rerun-sdk is not installed")
 
-import recorded_messages as made
+from messages import recorded_messages as made
 
 from rpf3d_core.recordings.content import rows_by_entity, verify
 from rpf3d_ros.messages.map_frame import MapFrame

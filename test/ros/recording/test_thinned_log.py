@@ -5,8 +5,8 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-import recorded_messages as made
 from geometry_msgs.msg import Pose, PoseArray
+from messages import recorded_messages as made
 
 from rpf3d_ros.messages.cloud_messages import cloud_of_columns
 from rpf3d_ros.messages.map_frame import MapFrame

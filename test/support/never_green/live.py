@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import yaml
-from live_peer import PATIENCE, LivePeer
+from messages.live_peer import PATIENCE, LivePeer
 from never_green import pit
 from never_green.combination import DECIDED, RADIUS, drawn, required, site_values
 from never_green.defects import DEFECTS

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import Point, PointStamped, Pose, PoseArray, Quaternion
-from live_peer import cloud, header, polygon, poses
+from messages.live_peer import cloud, header, polygon, poses
 from never_green.plan import Send
 from rclpy.serialization import serialize_message
 

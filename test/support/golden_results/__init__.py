@@ -1,0 +1,1 @@
+"""The golden digests: their scenes and messages, and the program that compares or renews them."""

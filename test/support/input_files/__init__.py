@@ -1,0 +1,1 @@
+"""Small input files of every format, also damaged ones."""

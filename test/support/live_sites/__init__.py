@@ -1,0 +1,1 @@
+"""Sites of the live simulator: surveys, answers to sources, evidence and alerts."""

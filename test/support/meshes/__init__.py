@@ -1,0 +1,1 @@
+"""Random meshes with hard places, and independent checks that no rock passes through them."""
