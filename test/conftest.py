@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 from suite.compiled_once import compile_once
-from suite.longest_first import long_tests, longest_first
+from suite.longest_first import long_tests, longest_first, shuffled
 
 # The time of an example on a busy machine does not depend on what is tested. The examples are the same in each run;
 # for those of test/properties, `make campaign` tries others.
@@ -37,13 +37,17 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)  # before pytest selects tests by their marks
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark the tests in long_tests.txt; sort the files that take longest to the front if several workers share them."""
+    """Mark the tests in long_tests.txt; if several workers share the files, sort the longest files to the front.
+
+    With RPF3D_TURN (a whole number), the files come in a random order that depends on this number.
+    """
     long = long_tests()
     for item in items:
         if item.nodeid.removeprefix("test/").partition("[")[0] in long:
             item.add_marker(pytest.mark.long)
     if hasattr(config, "workerinput"):
-        items[:] = [items[i] for i in longest_first([item.path for item in items])]
+        files, turn = [item.path for item in items], os.environ.get("RPF3D_TURN")
+        items[:] = [items[i] for i in (shuffled(files, int(turn)) if turn else longest_first(files))]
 
 
 def pytest_runtest_setup() -> None:

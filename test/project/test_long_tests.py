@@ -15,6 +15,7 @@ from suite.longest_first import (
     longest_first,
     seconds_of_files,
     seconds_of_functions,
+    shuffled,
 )
 
 TESTS = Path(__file__).parents[1]
@@ -83,6 +84,15 @@ def test_the_lists_are_made_from_the_durations_that_pytest_prints() -> None:
     seconds = seconds_of_functions(printed)
     assert files_listed(seconds) == "12 hard/test_b.py\n3 ros/nodes/test_a.py\n"
     assert seconds["ros/nodes/test_a.py::test_a"] == pytest.approx(3.11)
+
+
+def test_each_turn_has_the_files_in_another_order_and_keeps_the_tests_of_a_file_together() -> None:
+    files = [TESTS / name for name in ("a.py", "b.py", "b.py", "c.py", "d.py")]
+    orders = [[files[i].name for i in shuffled(files, turn)] for turn in range(50)]
+    assert all(sorted(order) == sorted(file.name for file in files) for order in orders)
+    assert all(order.index("b.py") + 1 == len(order) - 1 - order[::-1].index("b.py") for order in orders)
+    assert {order[0] for order in orders} == {"a.py", "b.py", "c.py", "d.py"}
+    assert shuffled(files, 7) == shuffled(files, 7)
 
 
 @pytest.mark.parametrize(("last_start", "outcome"), [("1", "1 skipped"), ("9e9", "1 passed")])

@@ -13,6 +13,7 @@ import sys
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from random import Random
 
 TESTS = Path(__file__).parents[2]
 LIST = Path(__file__).with_name("longest_files.txt")
@@ -56,6 +57,20 @@ def longest_first(files: Iterable[Path]) -> list[int]:
     seconds = seconds_of_files()
     taken = [seconds.get(file.relative_to(TESTS).as_posix(), 0.0) if TESTS in file.parents else 0.0 for file in files]
     return sorted(range(len(taken)), key=lambda i: -taken[i])
+
+
+def shuffled(files: Iterable[Path], turn: int) -> list[int]:
+    """Return the indices of files in a random order of the files, a different order for each turn.
+
+    The tests of a file stay together. If a run has no time for all tests, each file comes early in some of the turns.
+
+    turn : any number, for example how many commits there are
+    """
+    given = list(files)
+    order = sorted(set(given))
+    Random(turn).shuffle(order)
+    place = {file: k for k, file in enumerate(order)}
+    return sorted(range(len(given)), key=lambda i: place[given[i]])
 
 
 def seconds_of_functions(durations: str) -> Counter[str]:
