@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from rpf3d_core.formats.words import scene_name, whole_degrees
-from rpf3d_core.report.content import _as_sentence
+from rpf3d_core.report.warnings_part import as_sentence
 
 
 @pytest.mark.parametrize(
@@ -24,7 +24,7 @@ from rpf3d_core.report.content import _as_sentence
     ],
 )
 def test_a_file_name_keeps_its_letters_at_the_beginning_of_a_sentence(warning: str, sentence: str) -> None:
-    assert _as_sentence(warning) == sentence
+    assert as_sentence(warning) == sentence
 
 
 @pytest.mark.parametrize(

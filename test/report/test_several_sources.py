@@ -3,7 +3,8 @@
 import pytest
 from scenes.small_pit import scene_file
 
-from rpf3d_core.report.content import OF_WORST, report_elements
+from rpf3d_core.report.answer_part import OF_WORST
+from rpf3d_core.report.content import report_elements
 from rpf3d_core.report.elements import Element, Table, Text, Warnings
 from rpf3d_core.report.run_files import read_run
 from rpf3d_core.runs.run import run_scene
