@@ -20,14 +20,18 @@ from rpf3d_ros.interface.parameters import (
 )
 
 PAGE = Path(__file__).parent / "reference" / "parameters.md"
+COMMON = "simulator, recorder and scene publisher"
+"""The nodes that have the parameters of frames; each of these nodes also has parameters of its own."""
 KINDS = {
-    "all nodes": FrameParameters,
+    COMMON: FrameParameters,
     "rpf3d_simulator": SimulatorParameters,
     "rpf3d_recorder": RecorderParameters,
     "rpf3d_scene_publisher": ScenePublisherParameters,
     "rpf3d_alarm_bridge": AlarmBridgeParameters,
 }
 SCENE = "scene"
+WITHOUT_EFFECT = ("terrain.crs",)
+"""Parameters of a scene that the simulator accepts but does not use; the table leaves them out."""
 BOUNDS = {"gt": "above {:g}", "ge": "from {:g}", "lt": "to below {:g}", "le": "to {:g}"}
 BEGIN, END = "<!-- parameters: {} -->\n", "<!-- end -->"
 """Comments before and after each list or table; this program writes the lines between them."""
@@ -48,8 +52,8 @@ def parameters_of(name: str) -> str:
 
 
 def _list(name: str) -> str:
-    """Return the Markdown list of the parameters of a node, without the parameters of all nodes."""
-    common = {each.name for each in fields(FrameParameters)} if name != "all nodes" else set()
+    """Return the Markdown list of the parameters of a node, without the parameters in the list COMMON."""
+    common = {each.name for each in fields(FrameParameters)} if name != COMMON else set()
     return "\n".join(
         item(f"**`{each.name}`** (default: `{_shown(each.default)}`{_range(each.metadata)}): "
              f"{each.metadata['description']}") for each in fields(KINDS[name]) if each.name not in common
@@ -67,6 +71,7 @@ def _scene_table() -> str:
     lines = [
         f"| `{field.key}` | {field.kind.__name__ if field.kind else ''} | {_default(field)} | {_limits(field)} |"
         for field in live_parameters()
+        if field.key not in WITHOUT_EFFECT
     ]
     return "\n".join(["| parameter | type | default | range |", "|---|---|---|---|", *lines])
 

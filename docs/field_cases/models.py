@@ -109,7 +109,7 @@ RIGID = "rigid"
 POINT = ("normal_restitution", "tangential_restitution", "friction_angle_deg")
 TWO_COEFFICIENTS = (Free("normal_restitution", 0.05, 0.95, 10), Free("tangential_restitution", 0.05, 0.95, 10))
 CONSTANT = Model("constant", "constant", "sliding", POINT, TWO_COEFFICIENTS)
-COULOMB_LIMITED = CONSTANT._replace(name="Coulomb-limited", impact="coulomb_limited")
+COULOMB_LIMITED = CONSTANT._replace(name="coulomb_limited", impact="coulomb_limited")
 SPHERE = Model(
     "rigid sphere", COULOMB_SPHERE, "sphere", ("normal_restitution", "rolling_friction", "friction_angle_deg"),
     (TWO_COEFFICIENTS[0], Free("rolling_friction", 0.05, 1.5, 10)),

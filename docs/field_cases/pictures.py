@@ -15,9 +15,9 @@ from field_cases.measuring import Measured
 from field_cases.models import AUTHUME, CALIBRATED, CHANT_SURA, HOEK, POINTS_AND_SPHERES, STONE, TSCHAMUT
 from rpf3d_core.ensemble.flights import FloatArray
 
-MODEL_COLOURS = {"constant": "tab:blue", "Coulomb-limited": "tab:green", "rigid sphere": "tab:orange",
+MODEL_COLOURS = {"constant": "tab:blue", "coulomb_limited": "tab:green", "rigid sphere": "tab:orange",
                  "rocks with a shape": "tab:purple"}  # fmt: skip
-MODEL_MARKS = {"constant": ("o", 10), "Coulomb-limited": ("s", 7), "rigid sphere": ("x", 5),
+MODEL_MARKS = {"constant": ("o", 10), "coulomb_limited": ("s", 7), "rigid sphere": ("x", 5),
                "rocks with a shape": ("D", 6)}  # fmt: skip
 """Model -> marker and its size (points); the sizes differ, so that markers at the same place stay visible."""
 REBOUND_COLOURS = {model.impact: MODEL_COLOURS[model.name] for model in POINTS_AND_SPHERES}

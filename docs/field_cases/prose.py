@@ -34,7 +34,7 @@ no rocks fell there, use ranges for the coefficients, and accept wide intervals.
   density).
 - **Stops alone contain little information about the ground.** At Tschamut most coefficients stay nearly as uncertain as
   before the calibration.
-- **A calibration on one slope may give far too narrow intervals on another slope.** All figures of this point are for
+- **A calibration on one slope may give far too narrow intervals on another slope.** The four figures are for
   `constant`, `coulomb_limited`, the rigid sphere and rocks with a shape, in this order. Calibrated at Authume, the
   models have errors of {at_meadow} m at Tschamut, and their 90 % intervals along the slope contain {held_at_meadow} of
   18 stops. Calibrated at Tschamut, the models have errors of {at_quarry} m at Authume, and their intervals contain
@@ -56,10 +56,10 @@ writes the page from the last measurement.
 - **Published values** come from two libraries. They are values for ground with the same description, and were chosen
   without knowledge of the stops. 10,000 rocks at Authume and 9,000 at Tschamut fly with one value for each coefficient.
 - **Calibrated** is a sample of parameter sets from `rpf3d calibrate`, with one value of each coefficient for the whole
-  site, and a budget of one hour. `python docs/field_cases/scenes.py FOLDER` writes the scenes. 64 sets of the sample
-  fly over the slope of their calibration, with 200 rocks each at Authume and 216 at Tschamut. (At Tschamut, only about
-  72 of the 216 rocks with a shape count: those with the shape of the block of their run.) These rows show how well a
-  model can fit, not how well it predicts.
+  site, and at most one hour for each calibration. `python docs/field_cases/scenes.py FOLDER` writes the scenes. 64 sets
+  of the sample fly over the slope of their calibration, with 200 rocks each at Authume and 216 at Tschamut. (At
+  Tschamut, only about 72 of the 216 rocks with a shape count: those with the shape of the block of their run.) The rows
+  *calibrated* show how well a model can fit, not how well it predicts.
 - **Kept-out stops** show how well a model predicts. The stops are divided into groups (folds), and each group is
   predicted from a calibration with the other groups. The *score* is the mean logarithm of the predicted density at each
   stop; higher is better. The *curve* is a normal distribution without physics.

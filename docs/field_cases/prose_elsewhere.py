@@ -40,7 +40,7 @@ The parameter sets of a calibration at one site predict the stops at the other s
 TOO_SURE_ELSEWHERE = """**A calibration on another slope can give far too narrow intervals**, and you cannot
 know beforehand whether it does. With the calibrations at Authume, the intervals contain at most a third of the stops
 at Tschamut. With the calibrations at Tschamut, the intervals along the slope contain most stops at Authume, except for
-the Coulomb-limited model. The reason: Tschamut's stops leave most coefficients nearly as uncertain as before. On a
+`coulomb_limited`. The reason: Tschamut's stops leave most coefficients nearly as uncertain as before. On a
 slope without observations, use ranges of the library.
 """
 

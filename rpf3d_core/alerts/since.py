@@ -34,8 +34,11 @@ def shown_by(part: Alert | AreaAlert | None, decision: Alert | None) -> ShownLev
 
 
 def since_of(level: Level, before: ShownLevel | None, now_ns: int) -> Since:
-    """Return since when the level of a new decision is shown without interruption.
+    """Return since when the level of a new decision is shown without interruption, and since when it is not normal.
 
+    An expired decision counts as a fault from the end of its validity; but the levels `evacuate` and `fault` stay.
+
+    level : the level in the new decision, of the site or of an area
     before : the level in the previous decision; None if there is none, or if its start is unknown
     now_ns : time of the new decision (ns)
     """

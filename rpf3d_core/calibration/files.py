@@ -79,9 +79,9 @@ def write_result(out: Path, scene: Scene, slope: Slope, spec: CalibrationSpec, r
 
 
 def _write_pictures(out: Path, slope: Slope, result: Result, found: Findings, values: tuple[Any, Any]) -> None:
-    """Write the three pictures of a calibration; without a predicted stop, only the picture of the parameters.
+    """Write posterior.png, predicted.png and coverage.png; only posterior.png if no observed stop has a prediction.
 
-    values : two arrays, values of the U unknowns in all S flown sets (S, U), and in the sets of the posterior's sample
+    values : values of the U unknowns in the S flown sets (S, U), and in the P sets of the posterior's sample (P, U)
     """
     # Imported here, because the import of matplotlib takes most of a second.
     from rpf3d_core.results.plots.calibration import Predicted, write_coverage, write_pairs, write_predicted

@@ -28,6 +28,9 @@ FALLEN = -2
 def comes_behind(contact: object, left: PreviousContact) -> bool:
     """Return True if a rock meets a different side of the ground than at its last contact: it may have fallen through.
 
+    Before the first contact, a contact with the back of a facet counts as a different side. The result is False for
+    spheres, for lines of sight, and for a rock that bounces to and fro between two sheets of ground.
+
     contact : the contact that a search has found; left : the last contact
     """
 

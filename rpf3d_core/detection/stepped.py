@@ -1,9 +1,9 @@
 """Find contacts in fixed time steps, as the thesis and most programs do; only for comparison with the exact method.
 
-Only the search for contacts differs. Rebound, materials, the end of bouncing and outcomes are the same as in every
-other run. At each step the rock is on the exact parabola, so all errors of the result come from the search for
-contacts. The rock may pass through the ground, bounce in the air above the ground, or bounce off a neighbouring
-facet: the method exists to show these errors.
+Only the search for contacts differs. The models of rebound, material and stopping are those of every run. At each step
+the rock is on the exact parabola, so all errors of the result come from the search for contacts. The rock may pass
+through the ground, bounce in the air above the ground, or bounce off a neighbouring facet: the method exists to show
+these errors. A fall through the ground is not detected or repaired.
 """
 
 import math

@@ -89,7 +89,9 @@ def surface_created(effect: Fragmentation, rock: Rock, off: float) -> float:
 
 @kernel
 def new_surface_ratio(effect: Fragmentation, rock: Rock, off: float) -> float:
-    """Return the ratio r = A_new / (A_new + A_0) (-), which decides whether an impact breaks the rock.
+    """Return the ratio r = A_new / (A_new + A_0) (-); an impact breaks the rock if r exceeds a random limit.
+
+    A_new is the surface (m2) that the impact creates; A_0 is the surface (m2) of the rock, a cube of equal volume.
 
     off : k_n v_n, speed off the ground after the rebound (m/s)
     """

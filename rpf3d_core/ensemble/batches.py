@@ -1,7 +1,7 @@
-"""Fly rocks in batches on several threads, so that memory stays small and a run can be stopped between batches.
+"""Fly rocks in batches on several threads, so that memory stays small.
 
-Each batch is flown into a record of fixed size and examined; then its results are passed on. `flight_order.py` decides
-which rocks form a batch.
+A run can be stopped between groups of batches. A thread flies a batch in parts that fit into its record, passes each
+part to `watch`, and copies the records to keep. `flight_order.py` decides which rocks form a batch.
 """
 
 from collections import deque

@@ -131,7 +131,9 @@ def other_quantity_named(header: str, quantity: str) -> str | None:
 
 
 def other_length_named(header: str) -> str:
-    """Return the end of a sentence that names a radius or circumference and gives advice; "" for any other column.
+    """Return why a column cannot give rock sizes, with advice, if its name states a radius or circumference; else "".
+
+    The text completes a sentence such as "the name of the column 'radius' states ...".
 
     header : name of the column, such as `radius`; the name `r (m)` states a radius, too
     """

@@ -140,7 +140,10 @@ def _heights_of_ends(grid: _Grid, part: FloatArray) -> FloatArray:
 
 
 def _joined(parts: list[FloatArray], heights: list[FloatArray]) -> list[FloatArray]:
-    """Return parts (N, 2) m of borders, joined end to start where the brow continues; small gaps are closed first.
+    """Return lines (N, 2) m: parts of borders, each joined to the part that continues its brow.
+
+    The gap between two joined parts is at most JOINED (6 m). Pairs are joined in order of their gap, the smallest
+    first.
 
     heights : (2,) m at the first and the last point of each part
     """

@@ -239,13 +239,13 @@ def _left(starts: StoneStarts) -> list[str]:
         "less than smallest_bounce, and slides from then on",
         "rolling: rocks slide with the friction angle whose tangent the grid gives, and stop sooner than by STONE's "
         "rule (at a speed of 10 m/s on a slope of 20 degrees with friction 0.5: after 36.3 m instead of 44.1 m)",
-        f"that coefficients are drawn anew in each cell: they are drawn at each impact, within {VARIATION:.0%} of "
-        f"their value, with a standard deviation of {SD:.0%} of it, which is unconfirmed",
+        "new random coefficients in each cell: here each impact has random coefficients, within "
+        f"{VARIATION:.0%} of their value, with a standard deviation of {SD:.0%} of it, which is unconfirmed",
         "parameters of a calculation, which are in no grid: velocities of start and stop are r.stone's defaults",
     ]
     if starts.rising:
         cells = counted(starts.rising, "source cell")
-        left.append(f"{cells} without a lower neighbour: rocks start to that which rises least")
+        left.append(f"{cells} without a lower neighbour: rocks start towards the neighbour that rises least")
     if starts.left_out:
         cells = counted(starts.left_out, "source cell")
         left.append(f"{cells} at the rim of the ground, without all eight neighbours")

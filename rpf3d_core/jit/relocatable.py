@@ -17,10 +17,10 @@ PACKAGE = f"{__name__.partition('.')[0]}."
 
 
 class ByModule(UserProvidedCacheLocator):
-    """The place of the code compiled from a module of the package: a folder with the name of the module.
+    """Cache location of a module's compiled code: a folder named after the module and the version of numba.
 
-    Modules outside the package keep numba's own place, because modules of different projects may have the same name.
-    Each version of numba has a separate folder, so that two versions never replace each other's code.
+    Modules outside the package keep numba's default location, because modules of different projects may have the same
+    name. Each version of numba has a separate folder, so that two versions never replace each other's code.
     """
 
     def __init__(self, py_func: Any, py_file: str) -> None:

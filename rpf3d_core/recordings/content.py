@@ -78,7 +78,7 @@ def repair(broken: Path, repaired: Path) -> RecordingContent:
     recording is not valid; also if a tool of rerun is missing or takes too long. In these cases no new file remains.
     """
     if repaired.exists():
-        raise InputError(f"{repaired}: is there already; remove it, or give another file with -o")
+        raise InputError(f"{repaired}: already exists; delete it, or name another file with -o")
     if not broken.is_file():
         raise InputError(f"{broken}: there is no such file")
     part = repaired.with_name(f"{repaired.stem}.part.rrd")
@@ -96,9 +96,9 @@ def _saved(broken: Path, part: Path) -> RecordingContent:
     try:
         content = content_of(part)
     except InputError as error:
-        raise InputError(f"{broken}: holds no recording that could be saved ({error})") from error
+        raise InputError(f"{broken}: cannot be repaired, because no recording can be read from it ({error})") from error
     if not any(not entity.startswith("/__") for entity in content.rows):
-        raise InputError(f"{broken}: holds no rows that could be saved")
+        raise InputError(f"{broken}: cannot be repaired, because no rows can be read from it")
     return content
 
 

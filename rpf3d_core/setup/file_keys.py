@@ -10,7 +10,9 @@ from rpf3d_core.scene.model import Scene
 
 @contextmanager
 def named_by_key(scene: Scene, *key: str | int) -> Iterator[None]:
-    """Add the key of the scene to an InputError about a file that is raised in a `with` block.
+    """If a `with` block raises an InputError about a file, raise it again with the key that names the file in front.
+
+    The scene and the line of the key are added, too.
 
     key : names and indices that lead to the key, such as "sources", 0, "points_file"
 

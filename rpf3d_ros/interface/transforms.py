@@ -80,11 +80,11 @@ class InputFrames:
         return self._with(frame_id, found)
 
     def static(self, frame_id: str, because: str) -> MapFrame:
-        """Return the map frame that converts data without a time, such as a mesh; frame_id must be a static frame.
+        """Return the map frame that converts data whose frame must not move.
 
-        The newest transform is used, because a static transform is valid for all times; as in `of`, some frames need no
-        transform. Raises MessageRefused if the provider has no transform, and for a transform that is dynamic or not a
-        rotation.
+        Such data are meshes, which have no stamp, and areas, which stay where they are. No transform is looked up for
+        the frames in the parameters, for an empty frame_id, or without a provider. Raises MessageRefused if the
+        provider has no transform, and for a transform that is dynamic or not a rotation.
 
         because : why frame_id must be static, for the error message
         """

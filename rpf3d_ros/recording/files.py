@@ -86,14 +86,15 @@ class RecordingFiles:
         begun: Callable[[Path], None] = lambda path: None,
         forgotten: Callable[[Path], None] = lambda path: None,
     ) -> None:
-        """Begin the first file.
+        """Begin the first file; an existing file with the same name is replaced.
 
-        file : path of the recording; with rotation, its folder and stem are used for the names of all files
-        rotation : when a new file begins; monotonic : returns the time of a steady clock (s)
+        file : path of the recording; with rotation, its folder and stem are used for the names of all files. A file
+            that begins after a failed write also gets such a name, with its time and number
+        rotation : when a new file begins; monotonic : returns the time of a monotonic clock (s)
         begun : called with the path of each new file
         forgotten : called with the path of each file that is deleted because enough newer files exist
 
-        Raises OSError or RuntimeError if the file cannot be written.
+        Raises OSError or RuntimeError if the file cannot be written, and InputError if rerun is missing.
         """
         self._file, self._rotation, self._monotonic = file, rotation, monotonic
         self._begun, self._forgotten = begun, forgotten

@@ -96,7 +96,9 @@ class ViewerFeed:
             self.dropped += 1
 
     def close(self, seconds: float) -> bool:
-        """Stop the thread; return False if a hung viewer blocks the thread, which then ends with the process.
+        """Ask the thread to stop, and wait at most `seconds`; return True if the thread has ended.
+
+        Return False if the thread still runs, for example because the viewer hangs; it then ends with the process.
 
         seconds : longest time (s) to wait for the thread
         """

@@ -73,7 +73,7 @@ def test_what_holds_no_rows_is_refused_and_leaves_no_file(tmp_path, content):
 
 
 def test_a_recording_is_never_written_over_and_must_exist(broken, tmp_path):
-    with pytest.raises(InputError, match="is there already"):
+    with pytest.raises(InputError, match="already exists"):
         repair(broken, broken)
     with pytest.raises(InputError, match="no such file"):
         repair(tmp_path / "nowhere.rrd", tmp_path / "out.rrd")

@@ -111,9 +111,11 @@ def _reached(predicted: Predicted, axis: int) -> tuple[FloatArray, FloatArray]:
 
 
 def _even_rows(weights: FloatArray) -> NDArray[np.int64]:
-    """Return the rows (DRAWN,) of the stops to draw, chosen without random numbers.
+    """Return the indices (DRAWN,) of the stops to plot.
 
-    weights : (M,) of all stops; the row of a stop with more weight is returned more often
+    The result is a systematic sample, without random numbers: a stop occurs in proportion to its weight.
+
+    weights : (M,) weights of the stops
     """
     reached = np.cumsum(weights)
     share = (np.arange(DRAWN) + 0.5) / DRAWN * reached[-1]

@@ -223,9 +223,10 @@ def first_meeting(
 ) -> FacetMeeting:
     """Return the first contact of a flight with the nearby facets (`room.facets`) before the time `horizon` (s).
 
-    Contact begins where the gap has fallen to the body's skin, with an error of at most EXACT times the skin. A body
-    that is nearer but moves away is not in contact. Each examination of a facet gives a time up to which the facet need
-    not be examined again. The facet with the earliest of these times is examined next.
+    Contact begins when the gap has fallen to the body's skin (the distance at which contact begins), within EXACT times
+    the skin. A nearer body that moves away is not in contact, unless it overlaps the facet. Without contact, the index
+    is -1. Each examination of a facet gives a time up to which the facet need not be examined again. The facet with the
+    earliest of these times is examined next.
 
     moved : path bound of the body at the start, as in `Ride` (m)
     """
