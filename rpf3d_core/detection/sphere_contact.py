@@ -267,7 +267,8 @@ def _earlier_on_rim(facets: Facets, f: int, k: int, course: Course, end: float, 
         c0=(distance - radius) * (distance + radius), c1=2.0 * dot(p, v), c2=dot(v, v) + 2.0 * dot(p, half),
         c3=2.0 * dot(v, half), c4=dot(half, half),
     )  # fmt: skip
-    if distance <= course.radius - ON_RIM * facets.tolerance and (k >= 3 or 0.0 <= foot <= length):
+    overlap = course.radius - distance
+    if overlap >= ON_RIM * facets.tolerance and (k >= 3 or 0.0 <= foot <= length):
         t = _time_from_rim(course, p, v, a, distance, q, end)
         if t == 0.0 and _lies_behind(facets, f, course, add(at, scale(foot, along))):
             t = _time_into_rim(facets, course, rim, q, end)
@@ -275,6 +276,8 @@ def _earlier_on_rim(facets: Facets, f: int, k: int, course: Course, end: float, 
             t = min(t, first_fall(q, 0.0, end))
         if 0.0 < t < math.inf and not _is_on(course, rim, t):
             t = _time_on_rim(facets, course, rim, q, t, end)
+    elif ON_RIM * facets.tolerance <= overlap < DEEP * facets.tolerance:
+        t = _time_into_rim(facets, course, rim, q, end)
     else:
         t = _time_on_rim(facets, course, rim, q, 0.0, end)
     return _sooner_on_rim(best, f, course, rim, t) if t < math.inf else best

@@ -15,8 +15,10 @@ from rpf3d_core.detection.contact import GRAZING, PreviousContact
 from rpf3d_core.detection.sphere_contact import (
     NO_TOUCH,
     Course,
+    Touch,
     course_position,
     course_velocity,
+    stays_on,
 )
 from rpf3d_core.detection.swept import Swept, box_of
 from rpf3d_core.detection.touching import Against, SphereSweep, scan
@@ -31,7 +33,7 @@ from rpf3d_core.materials.library import Surface
 from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.simulation.physics import Physics, ground_of, rock_at
 from rpf3d_core.simulation.record import Record, note_piece, note_piece_spins
-from rpf3d_core.simulation.sphere_hold import Held, held_against, most_against, resultant
+from rpf3d_core.simulation.sphere_hold import Held, by_one, held_against, most_against, resultant
 from rpf3d_core.simulation.sphere_impacts import is_slight, strike, wedged
 from rpf3d_core.simulation.sphere_segments import (
     CURVE,
@@ -54,7 +56,7 @@ from rpf3d_core.simulation.sustained import (
     obstacle_on,
     on_piece,
 )
-from rpf3d_core.terrain.facet_geometry import PARALLEL, REACH
+from rpf3d_core.terrain.facet_geometry import NEAR, PARALLEL, REACH, contains, corner, stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, ZERO, Motion, Vec
 from rpf3d_core.vectors import add, along, cross, dot, norm, scale, subtract, without
@@ -126,7 +128,11 @@ def roll_on(
     n, push = resultant(held)
     push -= _lift(held, v, locator.radius)
     if push <= 0.0:
-        return _take_off(state, lying)
+        landed_on = _landed_on(facets, state, lying, locator.radius)
+        if landed_on.facet < 0:
+            return _take_off(state, lying)
+        held = by_one(landed_on, gravity)
+        n, push = resultant(held)
     surface = _surface_of(physics, held, rock, state)
     slip = _slip(held, lying, n, locator.radius)
     if _sticks(slip, held.way, surface.mu * push):
@@ -210,6 +216,32 @@ def _lift(held: Held, v: Vec, radius: float) -> float:
         return 0.0
     across = without(v, held.first.along)
     return dot(across, across) / radius
+
+
+@kernel
+def _landed_on(facets: Facets, state: State, motion: Motion, radius: float) -> Touch:
+    """Return the contact with the facet on which a sphere has just landed after a flight without length, else NO_TOUCH.
+
+    A sphere that rolls fast over an edge or a corner takes off, because its path there is curved. If the kink is only a
+    rounding error, the sphere lands on the interior of the next facet at once, and would take off again from the same
+    edge. So the sphere stays on this facet, unless it is about to leave the facet across an edge.
+
+    state : before; motion : of the sphere on the ground, with the velocity that its contacts allow
+    radius : of the sphere (m)
+    """
+    f, x = state.left.facet, motion.x
+    if state.tally.idle == 0 or f < 0:
+        return NO_TOUCH
+    n = stored_normal(facets, f)
+    above = dot(n, subtract(x, corner(facets, f, 0)))
+    n = scale(math.copysign(1.0, above), n)
+    p, gap = add(x, scale(-abs(above), n)), abs(above) - radius
+    pull = without((0.0, 0.0, -1.0), n)
+    if abs(gap) > NEAR * facets.tolerance or not contains(facets, f, p, False, facets.crack):
+        return NO_TOUCH
+    if not stays_on(facets, f, p, motion.v, pull):
+        return NO_TOUCH
+    return Touch(t=0.0, facet=f, approach=0.0, n=n, along=ZERO, face=True)
 
 
 @kernel

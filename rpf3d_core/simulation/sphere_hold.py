@@ -72,7 +72,7 @@ def held_against(locator: Any, facets: Facets, x: Vec, radius: float, way: Vec, 
         if found.facet < 0 or held.contacts == 3:
             break
         if held.contacts == 0:
-            held = _by_one(found, way)
+            held = by_one(found, way)
         elif held.contacts == 1:
             held = _by_two(held.first, found, way)
         else:
@@ -81,7 +81,7 @@ def held_against(locator: Any, facets: Facets, x: Vec, radius: float, way: Vec, 
 
 
 @kernel
-def _by_one(touch: Touch, way: Vec) -> Held:
+def by_one(touch: Touch, way: Vec) -> Held:
     """Return `Held` for one contact, which allows the component of the vector `way` along the plane of the contact.
 
     touch : the contact; way : (3,) velocity (m/s) or gravity (m/s^2)
@@ -101,13 +101,13 @@ def _by_two(first: Touch, second: Touch, way: Vec) -> Held:
     line = cross(first.n, second.n)
     sine = norm(line)
     if sine <= PARALLEL:
-        return _by_one(second, way) if dot(first.n, second.n) > 0.0 else _nothing_left(first, second)
+        return by_one(second, way) if dot(first.n, second.n) > 0.0 else _nothing_left(first, second)
     c, one, other = dot(first.n, second.n), -dot(way, first.n), -dot(way, second.n)
     push, against = (one - c * other) / (sine * sine), (other - c * one) / (sine * sine)
     if push <= 0.0:
-        return _by_one(second, way)
+        return by_one(second, way)
     if against <= 0.0:
-        return _by_one(first, way)
+        return by_one(first, way)
     line = scale(1.0 / sine, line)
     return Held(contacts=2, first=first, second=second, pushes=(push, against), way=scale(dot(way, line), line))
 
@@ -126,7 +126,7 @@ def _by_three(held: Held, third: Touch, way: Vec, noise: float) -> Held:
     third : the third contact; way : the vector that the contacts block, as in `held_against`
     noise : component of a vector that counts as zero, in the unit of `way`
     """
-    alone = _by_one(third, way)
+    alone = by_one(third, way)
     if dot(alone.way, held.first.n) >= -noise and dot(alone.way, held.second.n) >= -noise:
         return alone
     one = _by_two(held.first, third, way)

@@ -17,10 +17,10 @@ from rpf3d_core.simulation.physics import Physics, ground_of, rock_at
 from rpf3d_core.simulation.record import Record, note_impact
 from rpf3d_core.simulation.state import State, ended, with_ground, with_impact
 from rpf3d_core.simulation.sustained import STOPPED, UNRESOLVED, WEDGED
-from rpf3d_core.terrain.facet_geometry import stored_normal
+from rpf3d_core.terrain.facet_geometry import NEAR, corner, stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, Motion, Vec
-from rpf3d_core.vectors import add, along, dot, norm, scale
+from rpf3d_core.vectors import add, along, dot, norm, scale, subtract
 
 SURE = 2.0
 """Distance of a sphere's centre from the ground, in crack widths, beyond which the direction to the ground is known.
@@ -144,8 +144,26 @@ def land_sphere(contact: Touch, physics: Physics, state: State, rock: RockContex
     if state.tally.idle >= WEDGED:
         return ended(state, wedged(physics, motion))
     if grazes or (state.left.resting and n[2] > 0.0 and is_slight(physics, n, into, 0.0)):
-        return lie(state, contact.facet, Motion(t=motion.t, x=motion.x, v=along(motion.v, n), w=motion.w))
+        radius = rock_at(rock, state).rock.radius  # type: ignore[union-attr]  # the model asks for the rock
+        x = _lowered(physics.facets, contact, motion.x, radius)
+        return lie(state, contact.facet, Motion(t=motion.t, x=x, v=along(motion.v, n), w=motion.w))
     return strike(physics, state, contact, rock, record)
+
+
+@kernel
+def _lowered(facets: Facets, contact: Touch, x: Vec, radius: float) -> Vec:
+    """Return the centre (m) of a sphere that begins to lie on a facet, lowered onto the facet if it is slightly above.
+
+    The second search for a contact, with wider facets (`detection.search`), also finds a facet that is below the sphere
+    by more than the contact tolerance. On the ground such a facet would not carry the sphere: the sphere would take off
+    at once, and land again at once, until it counts as wedged.
+
+    x : (3,) m, centre of the sphere; radius : of the sphere (m)
+    """
+    gap = dot(contact.n, subtract(x, corner(facets, contact.facet, 0))) - radius
+    if not contact.face or not NEAR * facets.tolerance < gap <= NEAR * facets.crack:
+        return x
+    return add(x, scale(-gap, contact.n))
 
 
 @kernel

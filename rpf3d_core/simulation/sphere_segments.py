@@ -69,6 +69,8 @@ def _face_end(facets: Facets, touch: Touch, course: Course) -> float:
                 b = 0.0
             if b < 0.0 or (b == 0.0 and a >= -GRAZING * length * course.gravity):
                 continue
+            if b == 0.0:
+                c = facets.tolerance * length  # not 0: a segment without length would be repeated without end
         end = min(end, falling_time(c, b, 0.5 * a))
     return end
 

@@ -73,3 +73,17 @@ def test_spheres_roll_over_needles_in_the_plane_as_if_there_were_none(width):
     flights = roll(engine_over("compiled", slope), spheres(GROUND, max_time=60.0), radius, at, v)
     assert (flights.deposits.outcome == Outcome.LEFT_TERRAIN).all()
     assert flights.deposits.x[:, 0].min() > 23.0, "at the lower border"
+
+
+@pytest.mark.parametrize("noise", [1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-4])
+@pytest.mark.parametrize("radius", [0.1, 0.5, 1.3])
+def test_fast_spheres_pass_the_vertices_and_the_lower_border_of_the_plane(noise, radius):
+    """They roll along a line of the grid from vertex to vertex, faster than a sphere that can roll over a true edge."""
+    random, up, step = np.random.default_rng(int(1e12 * noise) + 9), math.hypot(1.0, FALL), 3.0
+    corner = random.integers([1, 2], [12, 18], (60, 2)) * step
+    x = np.column_stack([corner, -FALL * corner[:, 0]]) + radius / up * np.array([FALL, 0.0, 1.0])
+    v = random.choice([0.0, 3.0, 15.0], 60)[:, None] / up * np.array([1.0, 0.0, -FALL])
+    engine = engine_over("compiled", rough_grid(20, 60.0, FALL, noise))
+    flights = roll(engine, spheres(GROUND, max_time=60.0, max_impacts=5000), radius, x, v, threads=1)
+    assert (flights.deposits.outcome == Outcome.LEFT_TERRAIN).all()
+    assert height_of(places_of(flights)).min() > radius - 2.0 * noise - 1e-7

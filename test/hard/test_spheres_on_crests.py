@@ -9,7 +9,7 @@ import math
 import numpy as np
 import pytest
 from flights.on_both_engines import BOTH
-from flights.rolling_spheres import roll, spheres
+from flights.rolling_spheres import places_of, roll, spheres
 from flights.scenes_of_facets import engine_over, grid_triangles, terrain_of
 
 from rpf3d_core.detection.sphere_contact import NO_TOUCH, Course, earlier_touch
@@ -23,10 +23,10 @@ OFF = np.geomspace(1e-14, 1e-5, 73)
 """Distances of a sphere from a vertex along the crest (m); the contact tolerance is 2e-11 m."""
 
 
-def roof():
-    """Return a level crest along x at y = 0 with a slope on both sides."""
+def roof(fall: float = 0.0):
+    """Return a crest along x at y = 0 with a slope on both sides; fall : of the crest along x (m/m), 0 for level."""
     x, y = np.meshgrid(np.arange(0.0, LENGTH + 1e-9, STEP), [-5.0, 0.0, 5.0], indexing="ij")
-    return terrain_of(np.stack([x, y, -0.5 * np.abs(y)], -1).reshape(-1, 3), grid_triangles(x.shape[0], 3))
+    return terrain_of(np.stack([x, y, -0.5 * np.abs(y) - fall * x], -1).reshape(-1, 3), grid_triangles(x.shape[0], 3))
 
 
 @pytest.mark.parametrize("radius", [0.05, 0.5])
@@ -40,6 +40,24 @@ def test_no_sphere_is_caught_at_a_vertex_of_a_level_crest(radius, speed):
     assert np.isin(flights.deposits.outcome, [Outcome.MAX_TIME, Outcome.STOPPED]).all()
     np.testing.assert_allclose(flights.deposits.x[:, 1:], [[0.0, radius]] * len(x), rtol=0.0, atol=1e-9)
     assert np.ptp(flights.deposits.x[:, 0] - x[:, 0]) < 0.02, "all roll almost equally far"
+
+
+@pytest.mark.parametrize("fall", [0.1, 0.5, 0.8])
+@pytest.mark.parametrize("radius", [0.05, 0.5, 1.7])
+def test_no_sphere_sinks_into_a_crest_that_falls_along_its_line(radius, fall):
+    """At a vertex, a sphere that is fast enough takes off, and must land on the next edge of the crest."""
+    engine, up = engine_over("compiled", roof(fall)), math.hypot(1.0, fall)
+    along, deep, speed = np.meshgrid([*-OFF[::6], 0.0, *OFF[::6]], [0.0, 1.9, 2.1, 3.0], [1.0, 4.0, 12.0])
+    x = np.zeros((along.size, 3))
+    x[:, 0] = 3.0 * STEP + along.ravel()
+    x[:, 2] = -fall * x[:, 0]
+    x += (radius - deep.ravel() * engine.facets.tolerance)[:, None] / up * np.array([fall, 0.0, 1.0])
+    v = speed.ravel()[:, None] / up * np.array([1.0, 0.0, -fall])
+    flights = roll(engine, spheres(GROUND, max_time=3.0, max_impacts=5000), radius, x, v, threads=1)
+    places = places_of(flights)
+    places = places[(places[:, 0] > 0.0) & (places[:, 0] < LENGTH)]
+    assert ((places[:, 2] + fall * places[:, 0]) / up).min() > radius - 1e-8, "distance from the line of the crest"
+    assert np.isin(flights.deposits.outcome, [Outcome.MAX_TIME, Outcome.STOPPED, Outcome.LEFT_TERRAIN]).all()
 
 
 @BOTH
