@@ -105,7 +105,10 @@ def _kept_off(state: State, n: Vec) -> State:
     n : (3,) normal of the facet, turned towards the rock
     """
     motion = state.motion
-    missing = SKIMMING * norm(motion.v) - dot(motion.v, n)
+    off = dot(motion.v, n)
+    if off > 0.0 and off * off > 4.0 * SKIMMING * SKIMMING * dot(motion.v, motion.v):
+        return state  # surely above the minimum: nearly all rocks, without the square root of the next line
+    missing = SKIMMING * norm(motion.v) - off
     if missing <= 0.0:
         return state
     raised = Motion(t=motion.t, x=motion.x, v=add(motion.v, scale(missing, n)), w=motion.w)
