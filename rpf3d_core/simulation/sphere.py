@@ -37,6 +37,7 @@ from rpf3d_core.simulation.sphere_hold import Held, by_one, held_against, most_a
 from rpf3d_core.simulation.sphere_impacts import is_slight, strike, wedged
 from rpf3d_core.simulation.sphere_segments import (
     CURVE,
+    Span,
     length_between,
     normal_between,
     pivoted,
@@ -66,6 +67,8 @@ BENDS = 1e-4
 
 The next segment then continues the same slide. A shorter segment counts as a contact.
 """
+ONE_PLANE = 1.0 - 0.5 * PARALLEL * PARALLEL
+"""Least cosine of the angle between two facets that count as one plane (PARALLEL)."""
 SAME = math.cos(2.0 * CURVE)
 """Least cosine of the angle between the normals at both ends of a segment on one and the same ground.
 
@@ -307,6 +310,37 @@ class Lying(NamedTuple):
     n: Vec
 
 
+class Ahead(NamedTuple):
+    """A ground segment of a sphere: the motion of its centre, its duration if it meets nothing, and what it meets."""
+
+    course: Course
+    span: Span
+    touch: Touch
+
+
+@kernel
+def _ahead(physics: Physics, locator: Swept, lying: Lying, piece: RollingSegment, t: float) -> Ahead:
+    """Return the next ground segment of a sphere, of at most t (s), and the first contact with other ground on it.
+
+    A sphere at rest may lie where two facets form a valley of less than PARALLEL: both count as one plane, but on each
+    of them gravity pulls the sphere slightly into the other. The sphere then moves along the other facet, away from the
+    facet that carries it. Its acceleration changes by less than PARALLEL times gravity.
+
+    lying : the sphere at the start; piece : the ground segment as planned
+    """
+    facets = physics.facets
+    a, moves = piece.a, norm(piece.v) > 0.0
+    while True:  # a loop, so that the search is compiled once
+        course = Course(x=lying.motion.x, v=piece.v, a=a, radius=locator.radius, gravity=physics.settings.gravity)
+        span = span_of(facets, lying.held, course, t)
+        low, high = box_of(course, 0.0, span.t, REACH * facets.tolerance)
+        quest = SphereSweep(course=course, end=span.t, before=span.t)
+        touch = scan(locator.locator, facets, low, high, quest, NO_TOUCH)
+        if moves or touch.t > 0.0 or not touch.face or dot(lying.n, touch.n) < ONE_PLANE:
+            return Ahead(course=course, span=span, touch=touch)
+        a, moves = without(a, touch.n), True
+
+
 @kernel
 def _follow_piece(
     physics: Physics,
@@ -322,13 +356,11 @@ def _follow_piece(
     lying : the sphere at the start; piece : the ground segment as planned, if the sphere meets nothing
     record : receives the segment, and a meeting with an obstacle
     """
-    facets, gravity, radius = physics.facets, physics.settings.gravity, locator.radius
+    facets, radius = physics.facets, locator.radius
     motion, held, n = lying.motion, lying.held, lying.n
     left = physics.settings.max_time - motion.t
-    course = Course(x=motion.x, v=piece.v, a=piece.a, radius=radius, gravity=gravity)
-    span = span_of(facets, held, course, min(piece.t, left))
-    low, high = box_of(course, 0.0, span.t, REACH * facets.tolerance)
-    touch = scan(locator.locator, facets, low, high, SphereSweep(course=course, end=span.t, before=span.t), NO_TOUCH)
+    ahead = _ahead(physics, locator, lying, piece, min(piece.t, left))
+    course, span, touch = ahead.course, ahead.span, ahead.touch
     t = min(span.t, touch.t)
     x, v = course_position(course, t), course_velocity(course, t)
     turned = add(motion.w, scale(t, piece.turn))

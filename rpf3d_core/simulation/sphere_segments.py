@@ -10,7 +10,7 @@ from rpf3d_core.detection.swept import Swept, stretch_end
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.rolling_moment import STICKS
 from rpf3d_core.simulation.sphere_hold import Held
-from rpf3d_core.simulation.sphere_impacts import nearest_to
+from rpf3d_core.simulation.sphere_release import nearest_to
 from rpf3d_core.terrain.facet_geometry import NEAR, edge_distance, edge_inward
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Vec

@@ -87,3 +87,17 @@ def test_fast_spheres_pass_the_vertices_and_the_lower_border_of_the_plane(noise,
     flights = roll(engine, spheres(GROUND, max_time=60.0, max_impacts=5000), radius, x, v, threads=1)
     assert (flights.deposits.outcome == Outcome.LEFT_TERRAIN).all()
     assert height_of(places_of(flights)).min() > radius - 2.0 * noise - 1e-7
+
+
+@BOTH
+def test_a_sphere_at_rest_on_a_vertex_slides_down_without_friction(engine):
+    """On each of the two facets that it touches, gravity pulls the sphere into the other, by 1e-7 of its weight."""
+    at = np.array([[0, 0], [0, 1], [1, 0], [1, 1], [1, 2], [2, 1], [2, 2]]) * 2.4
+    heights = [
+        -3.846205546816104, -3.8462056084127627, -5.128274144934796, -5.128274160251557, -5.128274114078072,
+        -6.410342609599499, -6.41034267746833,
+    ]  # fmt: skip
+    facets = [[0, 2, 3], [1, 3, 4], [3, 5, 6], [0, 3, 1], [2, 5, 3], [3, 6, 4]]
+    terrain, centre = terrain_of(np.column_stack([at, heights]), facets), (3.20100595002792, 2.400000009569547, -3.6288111003464896)
+    flights = roll(engine_over(engine, terrain), spheres(GROUND._replace(mu=0.0), max_time=30.0), 1.7, centre)
+    assert flights.deposits.outcome[0] == Outcome.LEFT_TERRAIN
