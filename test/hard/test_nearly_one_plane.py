@@ -98,6 +98,7 @@ def test_a_sphere_at_rest_on_a_vertex_slides_down_without_friction(engine):
         -6.410342609599499, -6.41034267746833,
     ]  # fmt: skip
     facets = [[0, 2, 3], [1, 3, 4], [3, 5, 6], [0, 3, 1], [2, 5, 3], [3, 6, 4]]
-    terrain, centre = terrain_of(np.column_stack([at, heights]), facets), (3.20100595002792, 2.400000009569547, -3.6288111003464896)
-    flights = roll(engine_over(engine, terrain), spheres(GROUND._replace(mu=0.0), max_time=30.0), 1.7, centre)
+    over = engine_over(engine, terrain_of(np.column_stack([at, heights]), facets))
+    centre = 3.20100595002792, 2.400000009569547, -3.6288111003464896
+    flights = roll(over, spheres(GROUND._replace(mu=0.0), max_time=30.0), 1.7, centre)
     assert flights.deposits.outcome[0] == Outcome.LEFT_TERRAIN
