@@ -37,9 +37,10 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)  # before pytest selects tests by their marks
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark the tests in long_tests.txt; if several workers share the files, sort the longest files to the front.
+    """Mark the tests in long_tests.txt, and sort the files if several workers share them.
 
-    With RPF3D_TURN (a whole number), the files come in a random order that depends on this number.
+    The longest files come first; with the environment variable RPF3D_TURN (a whole number), the files come in a random
+    order that depends on this number.
     """
     long = long_tests()
     for item in items:

@@ -276,8 +276,10 @@ def _earlier_on_rim(facets: Facets, f: int, k: int, course: Course, end: float, 
             t = min(t, first_fall(q, 0.0, end))
         if 0.0 < t < math.inf and not _is_on(course, rim, t):
             t = _time_on_rim(facets, course, rim, q, t, end)
-    elif ON_RIM * facets.tolerance <= overlap < DEEP * facets.tolerance:
+    elif ON_RIM * facets.tolerance <= overlap < DEEP * facets.tolerance:  # over the extension of the edge, at its depth
         t = _time_into_rim(facets, course, rim, q, end)
+        if t == 0.0:
+            t = math.inf  # rounding: the sphere does not touch the edge itself yet
     else:
         t = _time_on_rim(facets, course, rim, q, 0.0, end)
     return _sooner_on_rim(best, f, course, rim, t) if t < math.inf else best

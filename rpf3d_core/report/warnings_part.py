@@ -53,7 +53,7 @@ def warnings_of(run: RunFiles, beyond: BeyondToe, steep: Sequence[str]) -> Itera
     if unstopped := run.unstopped:
         number, broken = sum(unstopped.values()), run.ended(Outcome.FRAGMENTED)
         most_first = sorted(unstopped, key=lambda outcome: -unstopped[outcome])
-        what = ", ".join(f"{unstopped[outcome]:,} {NOT_STOPPED[outcome]}" for outcome in most_first)
+        what = "; ".join(f"{unstopped[outcome]:,} {NOT_STOPPED[outcome]}" for outcome in most_first)
         kinds = "rocks and fragments" if broken else "rocks"
         yield (f"{number:,} of {len(run.ends.key) - broken:,} {kinds} did not stop on the terrain ({what}): they count "
                "as stopping farther than every distance.")  # fmt: skip

@@ -223,26 +223,31 @@ def _lift(held: Held, v: Vec, radius: float) -> float:
 
 @kernel
 def _landed_on(facets: Facets, state: State, motion: Motion, radius: float) -> Touch:
-    """Return the contact with the facet on which a sphere has just landed after a flight without length, else NO_TOUCH.
+    """Return the contact with the facet of the last contact, if this facet carries a sphere that would take off.
 
     A sphere that rolls fast over an edge or a corner takes off, because its path there is curved. If the kink is only a
-    rounding error, the sphere lands on the interior of the next facet at once, and would take off again from the same
-    edge. So the sphere stays on this facet, unless it is about to leave the facet across an edge.
+    rounding error, the sphere lands on the interior of the next facet after a flight without length, and would take off
+    again from the same edge. So the sphere stays on this facet.
+
+    The result is NO_TOUCH if the last segment was longer than the contact tolerance, or if the sphere does not lie on
+    the interior of the facet, moves away from it, or is about to leave it across an edge. Up to a crack width, a place
+    outside the facet counts as inside, as in the search that found the landing (`detection.search`).
 
     state : before; motion : of the sphere on the ground, with the velocity that its contacts allow
     radius : of the sphere (m)
     """
-    f, x = state.left.facet, motion.x
+    f, x, v = state.left.facet, motion.x, motion.v
     if state.tally.idle == 0 or f < 0:
         return NO_TOUCH
     n = stored_normal(facets, f)
     above = dot(n, subtract(x, corner(facets, f, 0)))
     n = scale(math.copysign(1.0, above), n)
+    if n[2] <= 0.0 or dot(v, n) > GRAZING * norm(v):
+        return NO_TOUCH
     p, gap = add(x, scale(-abs(above), n)), abs(above) - radius
-    pull = without((0.0, 0.0, -1.0), n)
     if abs(gap) > NEAR * facets.tolerance or not contains(facets, f, p, False, facets.crack):
         return NO_TOUCH
-    if not stays_on(facets, f, p, motion.v, pull):
+    if not stays_on(facets, f, p, v, (0.0, 0.0, -1.0)):
         return NO_TOUCH
     return Touch(t=0.0, facet=f, approach=0.0, n=n, along=ZERO, face=True)
 
@@ -324,7 +329,8 @@ def _ahead(physics: Physics, locator: Swept, lying: Lying, piece: RollingSegment
 
     A sphere at rest may lie where two facets form a valley of less than PARALLEL: both count as one plane, but on each
     of them gravity pulls the sphere slightly into the other. The sphere then moves along the other facet, away from the
-    facet that carries it. Its acceleration changes by less than PARALLEL times gravity.
+    facet that carries it. Its acceleration changes by less than PARALLEL times gravity, until the end of this segment.
+    A third facet that blocks this motion, too, is not handled: the sphere then stays at rest.
 
     lying : the sphere at the start; piece : the ground segment as planned
     """

@@ -50,7 +50,9 @@ def land_sphere(contact: Touch, physics: Physics, state: State, rock: RockContex
 
 @kernel
 def _lowered(facets: Facets, contact: Touch, x: Vec, radius: float) -> Vec:
-    """Return the centre (m) of a sphere that begins to lie on a facet, lowered onto the facet if it is slightly above.
+    """Return the centre (m) of a sphere that begins to lie on a facet, lowered onto the facet if it is just above.
+
+    The centre is lowered by at most NEAR crack widths, which is 256 contact tolerances.
 
     The second search for a contact, with wider facets (`detection.search`), also finds a facet that is below the sphere
     by more than the contact tolerance. On the ground such a facet would not carry the sphere: the sphere would take off

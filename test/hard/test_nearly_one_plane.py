@@ -86,7 +86,9 @@ def test_fast_spheres_pass_the_vertices_and_the_lower_border_of_the_plane(noise,
     engine = engine_over("compiled", rough_grid(20, 60.0, FALL, noise))
     flights = roll(engine, spheres(GROUND, max_time=60.0, max_impacts=5000), radius, x, v, threads=1)
     assert (flights.deposits.outcome == Outcome.LEFT_TERRAIN).all()
-    assert height_of(places_of(flights)).min() > radius - 2.0 * noise - 1e-7
+    heights = height_of(places_of(flights))
+    assert heights.min() > radius - 2.0 * noise - 1e-7
+    assert heights.max() < radius + 2.0 * noise + 1e-7, "no sphere flies off the plane"
 
 
 @BOTH
