@@ -224,7 +224,7 @@ def test_the_warning_of_rocks_that_did_not_stop_says_what_became_of_them(unknown
     run.summary["outcomes"] |= {"left_terrain": {"rocks": 3}, "lost_to_hole": {"rocks": 5}}
     elements = report_elements(run, "site")
     (box,) = (each for each in elements if isinstance(each, Warnings))
-    words = "8 of 128 rocks did not stop on the terrain (5 fell through holes of the terrain, 3 flew past the edge"
+    words = "8 of 128 rocks did not stop on the terrain (5 fell through holes of the terrain; 3 flew past the edge"
     assert any(sentence.startswith(words) for sentence in box.sentences)
     assert any("leaves out the 8 rocks that did not stop" in text for text in texts_of(elements))
 
