@@ -3,6 +3,9 @@
 import math
 from typing import Any
 
+from rpf3d_core.arc import Arc
+from rpf3d_core.detection.contact import LINE_OF_SIGHT, first_contact, plain_locator
+from rpf3d_core.detection.fallen import STRAIGHT as STRAIGHT_LINE
 from rpf3d_core.detection.sphere_contact import NO_TOUCH, Touch
 from rpf3d_core.detection.swept import Swept
 from rpf3d_core.detection.touching import Nearest, scan
@@ -13,7 +16,7 @@ from rpf3d_core.simulation.march import has_room, locator_for, set_down
 from rpf3d_core.terrain.facet_geometry import stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Motion, Vec
-from rpf3d_core.vectors import add, dot, scale
+from rpf3d_core.vectors import add, dot, norm, scale
 
 SURE = 2.0
 """Distance of a sphere's centre from the ground, in crack widths, beyond which the direction to the ground is known.
@@ -47,8 +50,8 @@ def set_down_sphere(model: CoulombSphere, locator: Swept, facets: Facets, motion
     Each step lifts the sphere until it just touches the ground point that was nearest before the step. A step never
     lifts the sphere too far, so the steps approach the right position from below. A sphere at a wall, or under an
     overhang, is moved away from the nearest ground point instead. In a narrow place there may be no position without
-    overlap; the sphere is then released where the last step ends, and `sphere_has_room` is False there. If the steps
-    lead through a wall, as in a slot narrower than the sphere, the sphere stays where it overlaps the ground.
+    overlap; the sphere is then released where the last step ends, and `sphere_has_room` is False there. If a step leads
+    through the ground, as in a slot narrower than the sphere, the sphere stays where it overlaps the ground.
     """
     x, radius = motion.x, locator.radius
     touch = nearest_to(locator.locator, facets, x, radius)
@@ -57,13 +60,30 @@ def set_down_sphere(model: CoulombSphere, locator: Swept, facets: Facets, motion
         if not touch.t < radius - facets.tolerance:
             break
         if touch.n[2] < STEEP and touch.t > SURE * facets.crack:
-            x = add(x, scale(radius - touch.t, touch.n))
+            way = scale(radius - touch.t, touch.n)
         else:
-            x = x[0], x[1], x[2] + _lift_off(touch, radius)
+            way = (0.0, 0.0, _lift_off(touch, radius))
+        if not behind and _meets_ground(locator, facets, x, way):
+            x = motion.x
+            break
+        x = add(x, way)
         touch = nearest_to(locator.locator, facets, x, radius)
-    if not behind and _is_behind(facets, touch):
-        x = motion.x
     return Motion(t=motion.t, x=x, v=motion.v, w=motion.w)
+
+
+@kernel
+def _meets_ground(locator: Swept, facets: Facets, x: Vec, way: Vec) -> bool:
+    """Return True if the straight line from x (3,) m to x + way (3,) m passes through the ground.
+
+    The first SURE crack widths do not count, because x may lie on the ground, or just below it by rounding.
+    """
+    length = norm(way)
+    begin = 2.0 * SURE * facets.crack
+    if length <= begin:
+        return False
+    share = begin / length
+    line = Arc(x=add(x, scale(share, way)), v=scale(1.0 - share, way), gravity=STRAIGHT_LINE)
+    return bool(first_contact(plain_locator(locator), facets, line, LINE_OF_SIGHT, 1.0).t <= 1.0)
 
 
 @kernel

@@ -1,5 +1,6 @@
 """Spheres that are released in a place with too little room for them."""
 
+import numpy as np
 import pytest
 from flights.on_both_engines import BOTH
 from flights.rolling_spheres import clearance, roll, spheres
@@ -38,3 +39,19 @@ def test_a_sphere_in_a_slot_that_is_wide_enough_is_set_free_and_stops(engine):
     flights = roll(over, spheres(GROUND, max_time=20.0), RADIUS, (0.3, 0.0, -0.5 * DEEP))
     assert flights.deposits.outcome[0] == Outcome.STOPPED
     assert clearance(over, flights.paths.x).min() > RADIUS - 1e-9
+
+
+@BOTH
+@pytest.mark.parametrize("radius", [0.1, 0.5])
+def test_no_sphere_is_moved_through_a_wall_to_below_the_ground(engine, radius):
+    """The centres are above a ditch and a ridge with walls of 89 degrees, nearer to the ground than the radius."""
+    x, z = np.array([(-5, 1.0), (0.0, 1.0), (0.02, -1.0), (0.2, 0.5), (0.21, -0.5), (5, -0.5)]).T
+    over = engine_over(engine, strip(list(zip(x, z, strict=True)), half_width=6.0, across=3))
+    random, count = np.random.default_rng(5), 200
+    at = random.uniform(-0.3, 0.5, count)
+    places = np.column_stack([at, np.zeros(count), np.interp(at, x, z) + radius * 10.0 ** random.uniform(-3, 0, count)])
+    flights = roll(over, spheres(GROUND, max_time=1e-4), radius, places)
+    released = flights.paths.x[np.searchsorted(flights.paths.row, np.arange(count))]
+    stuck = flights.deposits.outcome == Outcome.UNRESOLVED_CONTACT
+    assert (stuck | (released[:, 2] > np.interp(released[:, 0], x, z) - 1e-6)).all()
+    assert np.array_equal(released[stuck], places[stuck]), "a sphere that has no room stays where it is"
