@@ -106,8 +106,8 @@ class Alert(NamedTuple):
     worse_ns : time of the last decision at which the evident level of the site or of an area rose, or the clock was set
         back; an acknowledgement given before this time does not count
     at_ns : time of this decision; valid_until_ns : end of its validity; afterwards the state must be read as a fault
-    evidence_at_ns : time of the newest answer of this and all earlier decisions, without answers from the future; None
-        if there is no such answer. Earlier decisions do not count if the clock was set back
+    evidence_at_ns : time of the newest answer of this decision and, unless the clock was set back, of all earlier
+        decisions; answers from the future do not count. None without such an answer
     alarm : True if the alarm of the site is on
     acknowledgement : the acknowledgement given with this decision, or None; void : why the acknowledgement did not
         lower the level, or empty

@@ -180,8 +180,8 @@ def _finding(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -> L
 def _ends_below(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -> Iterator[str]:
     """Yield a text on the energy and a text on the first arrival of rocks, for an area that reaches no limit.
 
-    A text is omitted if the site has no limit for its figure, or if there is no figure to compare (`energies_of`,
-    `arrivals_of`). Both texts are omitted in a scene without unknowns.
+    The site must have a limit for the energy, or for the arrival, and the area must have such a figure (`energies_of`,
+    `arrivals_of`); otherwise this text is omitted. A scene without unknowns has neither text.
 
     spec : the site's limits for the area; terms : the site's rules for evidence
     """

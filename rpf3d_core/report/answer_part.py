@@ -13,20 +13,13 @@ from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.source_toes import SourceToes, farthest
 from rpf3d_core.report.toe import DESIGN, held_beyond
 from rpf3d_core.report.warnings_part import as_sentence
-from rpf3d_core.report.words import (
-    figure_cells,
-    interval,
-    kilojoules,
-    metres,
-    share_cells,
-    share_interval,
-)
+from rpf3d_core.report.words import figure_cells, interval, kilojoules, metres, share_cells, share_interval
 from rpf3d_core.results.inputs import ASSUMED
 
 MOST_ROWS, FEWEST_BENCHES = 12, 3
 """Largest number of rows in the table of main figures, except that at least FEWEST_BENCHES zones have two rows each."""
 MOST_NAMED = 8
-"""Largest number of zones that a sentence names, of those that no rock reached."""
+"""Largest number of unreached zones that a sentence names."""
 AT_BARRIERS = {
     "caught": "caught in the end by {}", "first_broken_through": "broke through {} at the first arrival",
     "first_flown_over": "flew over {} at the first arrival",

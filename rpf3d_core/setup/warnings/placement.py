@@ -63,7 +63,7 @@ def looked_at(prepared: Prepared, most: int) -> tuple[Releases, list[SourceHeigh
     """Return the releases of about `most` rocks, and the start heights of each source's rocks above the terrain.
 
     First, about FIRST_LOOK rocks are checked. If one of these rocks is under the ground or off the terrain, the result
-    has only these rocks: the search for the ground takes a hundred times as long where there is no ground below a rock.
+    has only these rocks, because the search for the ground is a hundred times slower if none is below a rock.
     """
     for number in (FIRST_LOOK, most):
         releases = some_releases(prepared, number)
