@@ -16,10 +16,10 @@ from rpf3d_core.detection.contact import NO_CONTACT, NOTHING_LEFT, Contact, Prev
 from rpf3d_core.detection.fallen import STRAIGHT
 from rpf3d_core.detection.stretch import left_of
 from rpf3d_core.jit.dispatch import kernel, model_function
-from rpf3d_core.terrain.facet_geometry import REACH, corner
+from rpf3d_core.terrain.facet_geometry import REACH, contains, corner, edge_distance, stored_normal
 from rpf3d_core.terrain.facets import CRACK, Facets
 from rpf3d_core.values import Vec
-from rpf3d_core.vectors import norm, subtract
+from rpf3d_core.vectors import dot, norm, subtract
 
 ON_GROUND = REACH / CRACK
 """Length of a rock's path behind a cap, in tolerances of the caps, up to which a ground contact takes precedence.
@@ -135,18 +135,22 @@ def loss_through_cap(caps: CapLocator, arc: Arc, contact: Any, end: float) -> Lo
         crossing = first_contact(caps.locator, caps.facets, rest, left, end - began)
         if not crossing.t <= end - began:
             break
-        t = began + crossing.t
-        if crossing.side > 0.0:
+        t, side = began + crossing.t, crossing.side
+        if side > 0.0:
             if below.facet >= 0 and not lands:
                 break
-            if not _only_at_rim(caps, crossing.facet, arc, t):
-                below = Contact(t=t, facet=crossing.facet, side=crossing.side, approach=crossing.approach)
+            later = time_over(arc, t, ON_GROUND * caps.facets.tolerance)
+            beyond = _cap_beyond(caps, crossing.facet, position(arc, later))
+            if beyond == NO_CAP:
+                t, side = later, -1.0
+            else:
+                below = Contact(t=t, facet=beyond, side=side, approach=crossing.approach)
         elif below.facet >= 0:
             if passes_below_ground(caps, below.facet, crossing.facet, position(arc, below.t), position(arc, t)):
                 return _loss_at(caps, arc, below, contact)
             below = NO_CONTACT
         began, rest = t, Arc(x=position(arc, t), v=velocity(arc, t), gravity=arc.gravity)
-        left = PreviousContact(facet=crossing.facet, other=-1, side=-crossing.side, resting=False, before=-1)
+        left = PreviousContact(facet=crossing.facet, other=-1, side=-side, resting=False, before=-1)
     if below.facet < 0:
         return NO_LOSS
     if lands and not passes_below_ground(caps, below.facet, NO_CAP, position(arc, below.t), position(arc, contact.t)):
@@ -167,15 +171,44 @@ def _loss_at(caps: CapLocator, arc: Arc, below: Contact, contact: Any) -> Loss:
 
 
 @kernel
-def _only_at_rim(caps: CapLocator, f: int, arc: Arc, t: float) -> bool:
-    """Return True if a rock that passes through cap f at the time t (s) is at the rim of the gap, and leaves the gap.
+def _cap_beyond(caps: CapLocator, f: int, q: Vec) -> int:
+    """Return the cap over which the way of a rock leads that passes through cap f; NO_CAP if it leads over the ground.
 
-    A rock that is released exactly on a corner of a gap passes through the cap there, even if the rock then moves away
-    over the ground. The way in plan of such a rock leaves the gap in the first ON_GROUND tolerances.
+    The result is nearly always f. A rock that is released exactly on a corner of a gap passes through a cap there, even
+    if it then moves away over the ground. Several caps may meet at the corner, of one gap or of several, so cap f alone
+    does not decide. A rock that falls straight down on the rim is in the gap. At a hole in a steep slope, where the
+    ground may overhang, every passage counts.
+
+    q : (3,) m, place of the rock ON_GROUND tolerances after its passage through cap f
     """
-    near = ON_GROUND * caps.facets.tolerance
-    p, q = position(arc, t), position(arc, time_over(arc, t, 2.0 * near))
-    return caps.layout.ring[f] < 0 and _way_over_gap(caps, f, NO_CAP, p, q) <= near
+    if caps.layout.ring[f] >= 0 or _lies_behind(caps, f, q):
+        return f
+    for g in range(len(caps.layout.ring)):
+        if _lies_behind(caps, g, q):
+            return g
+    return NO_CAP
+
+
+@kernel
+def _lies_behind(caps: CapLocator, f: int, q: Vec) -> bool:
+    """Return True if place q (m) lies behind cap f: 2 ON_GROUND tolerances behind its plane at most, or 1 before it.
+
+    The cap must contain the place in plan, except for one tolerance. The cap of a hole in a steep slope may contain it
+    in its own plane instead: where the ground overhangs, only one of both shows that a rock is behind the cap. In its
+    own plane, the place may be as far outside the cap as it is behind it, because the next cap lies in another plane.
+    """
+    facets = caps.facets
+    height = dot(stored_normal(facets, f), subtract(q, corner(facets, f, 0)))
+    if not -2.0 * ON_GROUND * facets.tolerance <= height <= facets.tolerance:
+        return False
+    if caps.layout.ring[f] >= 0 and contains(facets, f, q, False, facets.tolerance + abs(height)):
+        return True
+    for k in range(3):
+        begin = corner(facets, f, k)
+        edge = subtract(corner(facets, f, (k + 1) % 3), begin)
+        if left_of(edge, begin, q) < -facets.tolerance * math.sqrt(edge[0] * edge[0] + edge[1] * edge[1]):
+            return False
+    return True
 
 
 @kernel
@@ -183,8 +216,8 @@ def passes_below_ground(caps: CapLocator, f: int, g: int, p: Vec, q: Vec) -> boo
     """Return True if a rock passes below the ground between p, where it falls through cap f, and q, above the ground.
 
     In plan the path of a rock is straight. So the rock has stayed in the air of a gap if the straight way in plan leads
-    over caps only, from neighbour to neighbour. For a hole in a steep slope, which has hardly any area in plan, it is
-    enough that both caps close the same hole, or that the rock lands without coming back through a cap.
+    over caps only, from neighbour to neighbour. A hole in a steep slope has hardly any area in plan. There the way
+    leads from p to q in the planes of the caps, and it is enough that the rock lands without coming back through a cap.
 
     If the way leaves the gap in the first ON_GROUND tolerances, the rock has not been in this gap. It was only on the
     rim, for example at a vertex that two gaps have in common.
@@ -194,17 +227,18 @@ def passes_below_ground(caps: CapLocator, f: int, g: int, p: Vec, q: Vec) -> boo
     """
     if g == NO_CAP and caps.layout.ring[f] >= 0:
         return False
-    if g != NO_CAP and (caps.layout.ring[f] >= 0 or caps.layout.ring[g] >= 0):
-        return caps.layout.ring[f] != caps.layout.ring[g]  # type: ignore[no-any-return]
+    if g != NO_CAP and caps.layout.ring[f] != caps.layout.ring[g]:
+        return True
     near = ON_GROUND * caps.facets.tolerance
     return near < _way_over_gap(caps, f, g, p, q) < math.inf
 
 
 @kernel
 def _way_over_gap(caps: CapLocator, f: int, g: int, p: Vec, q: Vec) -> float:
-    """Return the length (m) of the straight way from p to q until it leaves, in plan, the gap that cap f closes.
+    """Return the length (m) of the straight way from p to q until it leaves the gap that cap f closes.
 
-    The way leads from cap to neighbouring cap. The result is inf if the way ends in the gap, or reaches cap g.
+    The way leads from cap to neighbouring cap, in plan or, at a hole in a steep slope, in the planes of the caps. The
+    result is inf if the way ends in the gap, or reaches cap g.
 
     g : NO_CAP to follow the way up to q; p : (3,) m, on cap f; q : (3,) m
     """
@@ -212,7 +246,7 @@ def _way_over_gap(caps: CapLocator, f: int, g: int, p: Vec, q: Vec) -> float:
     for _ in range(len(caps.layout.ring)):
         if cap == g:
             return math.inf
-        side, share = _side_left(caps.facets, cap, p, q)
+        side, share = _side_left(caps, cap, p, q)
         if side < 0:
             return math.inf
         beyond: Any = np.int64(caps.layout.neighbours[3 * cap + side])
@@ -223,18 +257,21 @@ def _way_over_gap(caps: CapLocator, f: int, g: int, p: Vec, q: Vec) -> float:
 
 
 @kernel
-def _side_left(facets: Facets, f: int, p: Vec, q: Vec) -> tuple[int, float]:
-    """Return the side (0, 1, 2) over which a straight way in plan from p to q leaves facet f; -1 if it ends in facet f.
+def _side_left(caps: CapLocator, f: int, p: Vec, q: Vec) -> tuple[int, float]:
+    """Return the side (0, 1, 2) over which a straight way from p to q leaves cap f; -1 if it ends in cap f.
 
-    Also return the share (0 to 1) of the way up to this side; inf if the way ends in facet f.
+    Also return the share (0 to 1) of the way up to this side; inf if the way ends in cap f.
 
-    p, q : (3,) m, p in facet f in plan
+    p, q : (3,) m, p in cap f, in plan or in the plane of the cap, as in `_way_over_gap`
     """
+    facets, upright = caps.facets, caps.layout.ring[f] >= 0
     side, least = -1, math.inf
     for k in range(3):
         begin = corner(facets, f, k)
         edge = subtract(corner(facets, f, (k + 1) % 3), begin)
         first, last = left_of(edge, begin, p), left_of(edge, begin, q)
+        if upright:
+            first, last = edge_distance(facets, f, k, p)[1], edge_distance(facets, f, k, q)[1]
         if last < 0.0:
             share = max(first, 0.0) / (max(first, 0.0) - last)
             if share < least:

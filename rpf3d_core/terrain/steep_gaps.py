@@ -1,7 +1,13 @@
-"""Close holes in steep slopes with triangles in the plane of the hole: in plan such holes have hardly any area."""
+"""Close holes in steep slopes with triangles in the plane of the hole.
+
+In plan such holes have hardly any area, or the ground at their rim overhangs and hides a part of them.
+"""
+
+from collections import defaultdict
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.mesh.border import Corners
@@ -12,6 +18,10 @@ STEEP = 0.2
 
 The plane of such a ring is steeper than 78 degrees.
 """
+RATHER_STEEP = 0.5
+"""The same for a ring that crosses itself in plan, or has a facet that overhangs; steeper than 60 degrees."""
+TINY = 1e-300
+"""Smallest area (m^2) by which the program divides."""
 
 
 def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, FloatArray, Corners]:
@@ -20,23 +30,26 @@ def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, F
     Results: the remaining border sides (N, 3, 3) m, the triangles (T, 3, 3) m, and for each triangle the number (T,) of
     the hole that it closes.
 
-    A steep ring of border sides (`STEEP`) is a hole if it runs clockwise, seen from the free side of the facets around
-    the ring. A ring around a component runs counter-clockwise, and its sides remain. The sides of a ring that touches
-    another ring, or that crosses itself in its own plane, remain as well.
+    A steep ring of border sides (`STEEP`, `RATHER_STEEP`) is a hole if it runs clockwise, seen from the free side of
+    the facets around the ring. A ring around a component runs counter-clockwise, and its sides remain. Holes that touch
+    at a vertex count as one ring, but each of them is closed for itself. If one of them crosses itself in their common
+    plane, the sides of all of them remain.
 
     border : (B, 3, 3) m, begin and end of each side and third corner of its facet, from `border.border_of`
     crack : width (m) up to which a hole is a crack; the sides of a crack are removed, but the crack gets no triangles
     """
     label = _ring_of(border)
-    areas, looks = _sums(border, label)
-    steep = np.abs(areas[:, 2]) < STEEP * np.linalg.norm(areas, axis=1)
-    holes = np.flatnonzero(steep & (np.einsum("ij,ij->i", areas, looks) < 0.0))
+    areas, looks, overhangs = _sums(border, label)
+    share = np.abs(areas[:, 2]) / np.maximum(np.linalg.norm(areas, axis=1), TINY)
+    holes = np.flatnonzero((share < RATHER_STEEP) & (np.einsum("ij,ij->i", areas, looks) < 0.0))
     caps, capped = [np.empty((0, 3, 3))], np.zeros(len(border), dtype=bool)
     for hole in holes.tolist():
         sides = label == hole
-        cap = _closed(border[sides, :2], -areas[hole], crack)
-        if cap is not None:
-            caps.append(cap)
+        if share[hole] >= STEEP and not overhangs[hole] and not _crosses_itself(border[sides, :2]):
+            continue
+        closed = _closed(border[sides, :2], -areas[hole], crack)
+        if closed is not None:
+            caps.extend(closed)
             capped |= sides
     number = np.repeat(np.arange(len(caps)), [len(cap) for cap in caps])
     return border[~capped], np.concatenate(caps), number
@@ -54,11 +67,12 @@ def _ring_of(border: FloatArray) -> Corners:
     return np.asarray(np.unique(ring, return_inverse=True)[1])
 
 
-def _sums(border: FloatArray, label: Corners) -> tuple[FloatArray, FloatArray]:
+def _sums(border: FloatArray, label: Corners) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
     """Return the area vector (R, 3) m^2 of each ring, and the direction (R, 3) m in which the facets at the ring face.
 
-    Both together show whether the ring is a hole. The direction is the sum, over the border sides of the ring, of the
-    facet's unit normal times the length of the side.
+    Return also flags (R,), True if some of these facets are upright or overhang. Area and direction together show
+    whether the ring is a hole. The direction is the sum, over the border sides of the ring, of the facet's unit normal
+    times the length of the side.
 
     border : (B, 3, 3) m, as in `without_steep_rings`; label : (B,) ring number of each border side
     """
@@ -71,26 +85,51 @@ def _sums(border: FloatArray, label: Corners) -> tuple[FloatArray, FloatArray]:
     looks *= np.linalg.norm(way, axis=1, keepdims=True)
     parts = 0.5 * np.cross(a, a + way), looks
     areas, sums = (np.stack([np.bincount(label, part[:, k], count) for k in range(3)], axis=1) for part in parts)
-    return areas.astype(np.float64), sums.astype(np.float64)
+    overhangs = np.bincount(label, looks[:, 2] <= 0.0, count) > 0.0
+    return areas.astype(np.float64), sums.astype(np.float64), overhangs
 
 
-def _closed(sides: FloatArray, towards: FloatArray, crack: float) -> FloatArray | None:
-    """Return triangles (T, 3, 3) m that close a hole in a steep slope, inside one ring of sides (N, 2, 3) m.
+def _closed(sides: FloatArray, towards: FloatArray, crack: float) -> list[FloatArray] | None:
+    """Return the triangles (T, 3, 3) m that close each hole in a steep slope, inside border sides (N, 2, 3) m.
 
-    Return None if the sides are not one ring, or if the ring crosses itself in the plane perpendicular to `towards`.
-    Return no triangles if the hole is only a crack.
+    Return None if a hole crosses itself in the plane perpendicular to `towards`. A hole that is only a crack gets no
+    triangles.
 
     towards : (3,), direction that the triangles face; crack : m, width up to which a hole is a crack
     """
-    ring = _in_order(sides)
-    if ring is None:
-        return None
     n = towards / np.linalg.norm(towards)
     u = np.cross(n, np.eye(3)[np.argmin(np.abs(n))])
-    u /= np.linalg.norm(u)
-    flat = (ring - ring[0]) @ np.stack([u, np.cross(n, u)], axis=1)
-    face = shapely.Polygon(flat)
-    if not face.is_valid:
+    plane = np.stack([u, np.cross(n, u)], axis=1) / np.linalg.norm(u)
+    closed = []
+    for ring in _rings(sides, plane):
+        triangles = _triangles(ring, plane, crack)
+        if triangles is None:
+            return None
+        closed.append(triangles)
+    return closed
+
+
+def _crosses_itself(sides: FloatArray) -> bool:
+    """Return True if border sides (N, 2, 3) m cross each other in plan, other than at their ends."""
+    lines = shapely.linestrings(sides[:, :, :2])
+    return bool(not shapely.MultiLineString(list(lines)).is_simple)
+
+
+def _triangles(ring: FloatArray, plane: FloatArray, crack: float) -> FloatArray | None:
+    """Return the triangles (T, 3, 3) m inside a ring of corners (N, 3) m; none (T = 0) if the hole is only a crack.
+
+    Return None if the ring crosses itself in the plane. The ring may touch itself at vertices, around ground inside the
+    hole.
+
+    plane : (3, 2), unit vectors of the plane, the second one counter-clockwise from the first one, seen from the free
+        side; crack : m
+    """
+    flat = (ring - ring[0]) @ plane
+    loops = [flat[loop] for loop in _simple_loops(ring) if len(loop) > 2]
+    around = [loop for loop in loops if not shapely.is_ccw(shapely.LinearRing(loop))]
+    islands = [loop for loop in loops if shapely.is_ccw(shapely.LinearRing(loop))]
+    face = shapely.Polygon(around[0], islands) if len(around) == 1 else None
+    if face is None or not face.is_valid:
         return None
     if 2.0 * face.area <= crack * face.length:
         return np.empty((0, 3, 3))
@@ -100,10 +139,45 @@ def _closed(sides: FloatArray, towards: FloatArray, crack: float) -> FloatArray 
     return np.asarray(ring[[number[corner] for corner in map(tuple, corners.tolist())]].reshape(-1, 3, 3))
 
 
-def _in_order(sides: FloatArray) -> FloatArray | None:
-    """Return the corners (N, 3) m of a ring of sides (N, 2, 3) m, in order; None if the sides are not one ring."""
-    following = {tuple(begin): tuple(end) for begin, end in (sides + 0.0).tolist()}
-    ring = [next(iter(following))]
-    while len(ring) <= len(sides) and following.get(ring[-1]) not in (ring[0], None):
-        ring.append(following[ring[-1]])
-    return np.array(ring) if len(ring) == len(sides) == len(following) else None
+def _simple_loops(ring: FloatArray) -> list[list[int]]:
+    """Return the numbers of the corners of each loop of a ring (N, 3) m; a ring that touches itself has several."""
+    loops, path, place = [], list[int](), dict[tuple[float, ...], int]()
+    corners = [tuple(corner) for corner in (ring + 0.0).tolist()]
+    for k, corner in enumerate(corners):
+        if corner in place:
+            first = place[corner]
+            loops.append(path[first:])
+            for each in path[first:]:
+                del place[corners[each]]
+            del path[first:]
+        place[corner] = len(path)
+        path.append(k)
+    return [*loops, path]
+
+
+def _rings(sides: FloatArray, plane: FloatArray) -> list[FloatArray]:
+    """Return the corners (N, 3) m of each hole inside border sides (S, 2, 3) m, in order.
+
+    At a vertex that several holes have in common, a ring goes on with the side that bounds the same hole. The hole is
+    to the right of its sides, so this is the first side counter-clockwise from the side on which the ring has come.
+
+    plane : (3, 2), as in `_triangles`
+    """
+    way = (sides[:, 1] - sides[:, 0]) @ plane
+    heading = np.arctan2(way[:, 1], way[:, 0])
+    begins, ends = ([tuple(corner) for corner in corners.tolist()] for corners in (sides + 0.0).transpose(1, 0, 2))
+    onward: dict[tuple[float, ...], list[int]] = defaultdict(list)
+    for k, begin in enumerate(begins):
+        onward[begin].append(k)
+    rings, left = [], set(range(len(sides)))
+    for first in range(len(sides)):
+        ring, k = [], first
+        while k in left:
+            left.remove(k)
+            ring.append(k)
+            back = heading[k] + np.pi
+            free = [each for each in onward[ends[k]] if each in left or each == first]
+            k = max(free, key=lambda each: ((back - heading[each]) % (2.0 * np.pi), -each))
+        if ring:
+            rings.append(sides[ring, 0])
+    return rings

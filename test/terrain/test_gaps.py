@@ -150,19 +150,49 @@ def test_ground_below_a_hole_of_other_ground_needs_no_cap():
     assert len(caps_of(both).corners) == 0
 
 
-@pytest.mark.parametrize("lean", [0.0, 0.02, -0.05], ids=["upright", "steep", "overhanging"])
-def test_a_hole_in_a_wall_is_closed_in_the_plane_of_the_wall(lean):
-    there = np.ones((6, 8), bool)
-    there[2:4, 3:6] = False
+def closed_in(there, lean):
+    """Return the caps over the holes of a wall of 1 m squares, and the area vector (T, 3) m^2 of each of these caps.
+
+    there : (N, M), False for missing squares; lean : shift (m) of the wall for each metre of height
+    """
     n, m = there.shape
     j, i = np.mgrid[: n + 1, : m + 1].astype(float)
     first = (np.arange(n)[:, None] * (m + 1) + np.arange(m))[there]
     triangles = np.concatenate([first[:, None] + np.array(half) for half in ((0, 1, m + 2), (0, m + 2, m + 1))])
-    wall = terrain_of(np.stack([i.ravel(), lean * j.ravel(), j.ravel()], axis=1), triangles)
-    caps = caps_of(wall)
-    normal = 0.5 * np.cross(caps.corners[:, 1] - caps.corners[:, 0], caps.corners[:, 2] - caps.corners[:, 0])
-    closed = normal[(caps.corners[:, :, 2] >= 2).all(axis=1) & (caps.corners[:, :, 2] <= 4).all(axis=1)]
-    assert np.allclose(closed.sum(axis=0), 6.0 * np.array([0.0, -1.0, lean]))
+    caps = caps_of(terrain_of(np.stack([i.ravel(), lean * j.ravel(), j.ravel()], axis=1), triangles))
+    inside = ((caps.corners > 0.5) & (caps.corners < (m - 0.5, np.inf, n - 0.5)))[:, :, [0, 2]].all(axis=(1, 2))
+    corners, ring = caps.corners[inside], caps.ring[inside]
+    return corners, ring, 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+
+@pytest.mark.parametrize("lean", [0.0, 0.02, -0.05], ids=["upright", "steep", "overhanging"])
+def test_a_hole_in_a_wall_is_closed_in_the_plane_of_the_wall(lean):
+    there = np.ones((6, 8), bool)
+    there[2:4, 3:6] = False
+    _, ring, areas = closed_in(there, lean)
+    assert np.allclose(areas.sum(axis=0), 6.0 * np.array([0.0, -1.0, lean])) and len(set(ring.tolist())) == 1
+
+
+@pytest.mark.parametrize("lean", [0.0, 0.02, -0.05], ids=["upright", "steep", "overhanging"])
+def test_holes_in_a_wall_that_touch_at_a_vertex_are_closed_one_by_one(lean):
+    there = np.ones((7, 8), bool)
+    there[1:3, 1:3] = there[3:5, 3:6] = False
+    corners, ring, areas = closed_in(there, lean)
+    assert np.allclose(areas.sum(axis=0), 10.0 * np.array([0.0, -1.0, lean])) and len(set(ring.tolist())) == 2
+    x_of_each = [corners[ring == each, :, 0] for each in ring]
+    assert all((x <= 3.0).all() or (x >= 3.0).all() for x in x_of_each)
+
+
+@pytest.mark.parametrize("lean", [0.0, 0.02, -0.05], ids=["upright", "steep", "overhanging"])
+def test_ground_inside_a_hole_that_touches_its_rim_at_a_vertex_is_left_open(lean):
+    there = np.ones((7, 8), bool)
+    there[1:5, 1:6] = False
+    there[1, 1] = True  # ground that touches the rim along two sides, and below it
+    there[2, 2] = True  # ground that touches the former in a vertex
+    corners, ring, areas = closed_in(there, lean)
+    assert np.allclose(areas.sum(axis=0), 18.0 * np.array([0.0, -1.0, lean])) and len(set(ring.tolist())) == 1
+    middle = corners.mean(axis=1)
+    assert not ((middle[:, 0] > 2.0) & (middle[:, 0] < 3.0) & (middle[:, 2] > 2.0) & (middle[:, 2] < 3.0)).any()
 
 
 def test_a_face_that_cannot_be_cut_into_triangles_has_an_inner_point_all_the_same(monkeypatch):
