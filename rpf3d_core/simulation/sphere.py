@@ -24,15 +24,15 @@ from rpf3d_core.detection.swept import Swept, box_of
 from rpf3d_core.detection.touching import Against, SphereSweep, scan
 from rpf3d_core.effects.hooks import still_at
 from rpf3d_core.jit.dispatch import kernel
-from rpf3d_core.kinetics.coulomb_sphere import kicked, slip_of
-from rpf3d_core.kinetics.ground import shared
+from rpf3d_core.kinetics.coulomb_sphere import kicked
 from rpf3d_core.kinetics.rolling_moment import STICKS
 from rpf3d_core.kinetics.sliding import SlideSegment
-from rpf3d_core.kinetics.sphere_ground import CRAWL, STRAIGHT, RollingSegment, SphereGround, rolling_piece
-from rpf3d_core.materials.library import Surface
+from rpf3d_core.kinetics.sphere_ground import RollingSegment, SphereGround, rolling_piece
 from rpf3d_core.materials.rock_context import RockContext
-from rpf3d_core.simulation.physics import Physics, ground_of, rock_at
+from rpf3d_core.simulation.physics import Physics, rock_at
 from rpf3d_core.simulation.record import Record, note_piece, note_piece_spins
+from rpf3d_core.simulation.sphere_blocked import WALL, along_groove, when_blocked
+from rpf3d_core.simulation.sphere_friction import gripped, slip_under, sticks, surface_under
 from rpf3d_core.simulation.sphere_hold import Held, by_one, held_against, most_against, resultant
 from rpf3d_core.simulation.sphere_impacts import is_slight, strike, wedged
 from rpf3d_core.simulation.sphere_segments import (
@@ -60,7 +60,7 @@ from rpf3d_core.simulation.sustained import (
 from rpf3d_core.terrain.facet_geometry import NEAR, PARALLEL, REACH, contains, corner, stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, ZERO, Motion, Vec
-from rpf3d_core.vectors import add, along, cross, dot, norm, scale, subtract, without
+from rpf3d_core.vectors import add, dot, norm, scale, subtract, without
 
 BENDS = 1e-4
 """Length of a ground segment, divided by the radius (-), above which a segment that only bends is no new contact.
@@ -74,18 +74,10 @@ SAME = math.cos(2.0 * CURVE)
 
 If the angle is larger, the normal at the end is that of other ground near the sphere, and is not used.
 """
-UNSURE = 1e-6
-"""Ratio (-) of slip to speed below which rounding may turn the direction of the slip by GRAZING or more."""
 VANISHED = 1e-30
 """Speed (m/s) up to which a sphere on the ground counts as at rest.
 
 In corners a speed may decay without end, but `quartic.first_fall` misses contacts after times as short as 1e-40 s.
-"""
-WALL = 0.01
-"""Least share of gravity (-) that is assumed to press the sphere on a contact, in the test for a slight impact.
-
-A sphere that rolls against a wall at less than 14 mm/s then stays there (at a smallest bounce of 1 mm). Gravity does
-not press the sphere onto the wall, so without this share the bounces between wall and floor would never end.
 """
 
 
@@ -121,7 +113,7 @@ def roll_on(
         if not is_slight(physics, met.n, -dot(met.n, v), WALL):
             return strike(physics, state, met, rock, record)
         v = held_against(locator.locator, facets, motion.x, locator.radius, v, ZERO, gravity).way
-        v = _along_groove(physics, locator, motion.x, v)
+        v = along_groove(physics, locator, motion.x, v)
     held = held_against(locator.locator, facets, motion.x, locator.radius, gravity, v, gravity)
     lying = Motion(t=motion.t, x=motion.x, v=v, w=motion.w)
     if held.contacts == 0:
@@ -136,55 +128,15 @@ def roll_on(
             return _take_off(state, lying)
         held = by_one(landed_on, gravity)
         n, push = resultant(held)
-    surface = _surface_of(physics, held, rock, state)
-    slip = _slip(held, lying, n, locator.radius)
-    if _sticks(slip, held.way, surface.mu * push):
+    surface = surface_under(physics, held, rock, state)
+    slip = slip_under(held, lying, n, locator.radius)
+    if sticks(slip, held.way, surface.mu * push):
         lying = kicked(lying, n, locator.radius, STICKS * norm(slip), slip)
         slip = ZERO
     piece = rolling_piece(lying.v, slip, n, held.way, push, surface, locator.radius)
     if piece.stops:
         return ended(_at_rest(state, lying), STOPPED)
     return _follow_piece(physics, locator, state, Lying(motion=lying, held=held, n=n), piece, rock, record)
-
-
-@kernel
-def _along_groove(physics: Physics, locator: Swept, x: Vec, v: Vec) -> Vec:
-    """Return the velocity (3,) m/s of a sphere after a slight impact; in a groove, along the groove.
-
-    A sphere lies in a groove if two contacts would carry it at rest. A slight impact on one contact lifts the sphere
-    off the other contact by micrometres. Without this function such hops would follow each other without end, and
-    friction on one contact at a time would turn the spin.
-
-    The result is v if the sphere lies in no groove, if other ground blocks the groove, or if the sphere moves across
-    the groove faster than a sphere that stays at a wall (`WALL`).
-
-    x : (3,) m, centre of the sphere; v : (3,) m/s, velocity that no contact blocks
-    """
-    gravity = (0.0, 0.0, -physics.settings.gravity)
-    rest = held_against(locator.locator, physics.facets, x, locator.radius, gravity, ZERO, gravity)
-    if rest.contacts != 2:
-        return v
-    line = cross(rest.first.n, rest.second.n)
-    way = scale(dot(v, line) / dot(line, line), line)
-    if not is_slight(physics, ZERO, norm(subtract(v, way)), WALL):
-        return v
-    onward = Against(x=x, way=way, v=ZERO, down=gravity, radius=locator.radius, noise=0.5 * GRAZING * norm(way))
-    return v if most_against(locator.locator, physics.facets, onward).facet >= 0 else way
-
-
-@kernel
-def _sticks(slip: Vec, g_t: Vec, friction: float) -> bool:
-    """Return True if the small slip of a sphere must be set to zero at once, so that the sphere rolls.
-
-    slip : (3,) m/s; g_t : (3,) m/s^2, gravity along the ground; friction : largest deceleration by friction (m/s^2)
-
-    The result is True for a slip below CRAWL, if friction is strong enough for rolling and gravity turns the direction
-    of the slip. As the slip decreases, its direction would turn faster and faster.
-    """
-    slips = norm(slip)
-    if slips > CRAWL or slips == 0.0 or STICKS * norm(g_t) > friction:
-        return False
-    return norm(without(g_t, scale(1.0 / slips, slip))) > STRAIGHT * (norm(g_t) + friction)
 
 
 @kernel
@@ -252,61 +204,6 @@ def _landed_on(facets: Facets, state: State, motion: Motion, radius: float) -> T
     return Touch(t=0.0, facet=f, approach=0.0, n=n, along=ZERO, face=True)
 
 
-@kernel
-def _surface_of(physics: Physics, held: Held, rock: RockContext, state: State) -> Surface:
-    """Return the surface properties of the ground under a sphere.
-
-    For two contacts, mu and mu_r are means weighted by the pushes, stop_speed is the larger value, and R_n and R_t are
-    the values of the first contact.
-
-    held : the contacts that carry the sphere
-    """
-    first = ground_of(physics, held.first.facet, rock, state)
-    if held.contacts == 1:
-        return first
-    second, pushes = ground_of(physics, held.second.facet, rock, state), held.pushes
-    return Surface(
-        R_n=first.R_n,
-        R_t=first.R_t,
-        mu=shared(first.mu, second.mu, pushes),
-        stop_speed=max(first.stop_speed, second.stop_speed),
-        mu_r=shared(first.mu_r, second.mu_r, pushes),
-    )
-
-
-@kernel
-def _slip(held: Held, motion: Motion, n: Vec, radius: float) -> Vec:
-    """Return the slip (3,) m/s of a sphere: the velocity of its surface at the contact, which friction opposes.
-
-    n : (3,) unit direction of the push of the ground. For two contacts, the result is only the component along their
-    common line.
-
-    held : the contacts that carry the sphere
-    radius : of the sphere, m
-    """
-    slip = slip_of(motion.v, motion.w, n, radius)
-    if held.contacts == 1:
-        return slip
-    line = cross(held.first.n, held.second.n)
-    line = scale(1.0 / norm(line), line)
-    return scale(dot(slip, line), line)
-
-
-@kernel
-def _gripped(held: Held, motion: Motion, n: Vec, radius: float) -> tuple[Vec, Vec]:
-    """Return velocity (3,) m/s and spin (3,) rad/s of a sphere at the end of skidding, without the slip that is left.
-
-    The slip turns while the sphere skids, so a small component of the slip, across its first direction, is left at the
-    end (`kinetics.sphere_ground`). A friction impulse removes this component.
-
-    held : the contacts that carry the sphere; motion : just before
-    n : (3,) unit direction of the push of the ground; radius : of the sphere, m
-    """
-    slip = _slip(held, motion, n, radius)
-    after = kicked(motion, n, radius, STICKS * norm(slip), slip)
-    return after.v, after.w
-
-
 class Lying(NamedTuple):
     """A sphere on the ground: its motion, the contacts that carry it, and n (3,), the unit direction of their push."""
 
@@ -315,7 +212,7 @@ class Lying(NamedTuple):
     n: Vec
 
 
-class Ahead(NamedTuple):
+class SegmentAhead(NamedTuple):
     """A ground segment of a sphere: the motion of its centre, its duration if it meets nothing, and what it meets."""
 
     course: Course
@@ -324,7 +221,7 @@ class Ahead(NamedTuple):
 
 
 @kernel
-def _ahead(physics: Physics, locator: Swept, lying: Lying, piece: RollingSegment, t: float) -> Ahead:
+def _ahead(physics: Physics, locator: Swept, lying: Lying, piece: RollingSegment, t: float) -> SegmentAhead:
     """Return the next ground segment of a sphere, of at most t (s), and the first contact with other ground on it.
 
     A sphere at rest may lie where two facets form a valley of less than PARALLEL: both count as one plane, but on each
@@ -343,7 +240,7 @@ def _ahead(physics: Physics, locator: Swept, lying: Lying, piece: RollingSegment
         quest = SphereSweep(course=course, end=span.t, before=span.t)
         touch = scan(locator.locator, facets, low, high, quest, NO_TOUCH)
         if moves or touch.t > 0.0 or not touch.face or dot(lying.n, touch.n) < ONE_PLANE:
-            return Ahead(course=course, span=span, touch=touch)
+            return SegmentAhead(course=course, span=span, touch=touch)
         a, moves = without(a, touch.n), True
 
 
@@ -372,7 +269,7 @@ def _follow_piece(
     turned = add(motion.w, scale(t, piece.turn))
     whole = touch.t > t and span.t >= piece.t
     if whole and piece.rolls and norm(piece.turn) > 0.0:
-        v, turned = _gripped(held, Motion(t=motion.t, x=x, v=v, w=turned), n, radius)
+        v, turned = gripped(held, Motion(t=motion.t, x=x, v=v, w=turned), n, radius)
     began = Motion(t=motion.t, x=motion.x, v=piece.v, w=motion.w)
     length = length_between(began.v, v, t)
     x, n_end = put_back(facets, locator, x, n, length, span.curved or held.contacts == 2)
@@ -386,7 +283,7 @@ def _follow_piece(
     if rolls and held.contacts == 2:
         w = rolling_spin(v_end, dot(turned, n), n, radius)
     if touch.t == 0.0:
-        v_end, w = _when_blocked(physics, Motion(t=motion.t, x=x, v=v_end, w=w), n, touch.n, radius)
+        v_end, w = when_blocked(physics, Motion(t=motion.t, x=x, v=v_end, w=w), n, touch.n, radius)
     end = Motion(t=motion.t + t, x=x, v=v_end, w=w)
     bends = (piece.turns or span.curved) and touch.t > t and length > BENDS * radius
     late = t >= left
@@ -407,39 +304,6 @@ def _follow_piece(
     tally = with_slide(state.tally, length, end, facets.tolerance, bends)
     passed = still_at(physics.effects, end, state.passed, rock_at(rock, state))
     return State(motion=end, left=over, stands=True, tally=tally, outcome=MAX_TIME if late else MOVING, passed=passed)
-
-
-@kernel
-def _when_blocked(physics: Physics, motion: Motion, n: Vec, m: Vec, radius: float) -> tuple[Vec, Vec]:
-    """Return velocity (3,) m/s and spin (3,) rad/s of a sphere that other ground blocks at the start of a segment.
-
-    - If the sphere moves into the other ground, the search for contacts at rest has missed this ground: the sphere
-      rolls over a border with a kink of less than about 1e-5 rad. If an impact there would be slight (`is_slight`), the
-      velocity loses its component into the other ground. Otherwise the velocity is unchanged. The spin is unchanged.
-    - Otherwise friction presses the sphere against the other ground. The part of the spin about the line along both
-      contacts drives the sphere there. The sphere would rub until this part is lost; here it is lost at once, and the
-      sphere keeps the spin of rolling along the line. The velocity is along the line, except for a part that is too
-      small to count as an approach (GRAZING). This part is lost, too, and so is a slip that is almost zero (UNSURE):
-      both would turn friction into the other ground again, and the sphere would stay here without end.
-
-    motion : just before; radius : of the sphere, m
-    n, m : (3,) unit normals of the ground under the sphere and of the other ground; if they are parallel, a sphere that
-        friction presses keeps its velocity, and its spin becomes zero
-    """
-    v, w = motion.v, motion.w
-    into = -dot(v, m)
-    if into > GRAZING * norm(v):
-        return (along(v, m) if is_slight(physics, m, into, WALL) else v), w
-    line = cross(n, m)
-    sine = norm(line)
-    if sine <= PARALLEL:
-        return v, ZERO
-    line = scale(1.0 / sine, line)
-    freed = Motion(t=motion.t, x=motion.x, v=scale(dot(v, line), line), w=without(w, line))
-    slip = slip_of(freed.v, freed.w, n, radius)
-    if norm(slip) <= UNSURE * norm(freed.v):
-        freed = kicked(freed, n, radius, STICKS * norm(slip), slip)
-    return freed.v, freed.w
 
 
 @kernel

@@ -17,7 +17,10 @@ from rpf3d_core.values import Outcome
 G, COUNT = 9.81, 200
 SHARES = np.array([0.01, 0.05, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.97])
 """Shares of the time of a flight, and of the length of a slide, at which a rock's place is judged."""
-FACES = [(11, 62.0), (50, 67.0), (14, 73.0), (45, 75.0), (28, 77.0), (114, 87.0), (31, 89.0)]
+FACES = [
+    (28, 42.0), (551, 62.0), (11, 62.0), (50, 67.0), (14, 73.0), (511, 76.0), (28, 77.0), (262, 78.0), (223, 83.0),
+    (114, 87.0),
+]  # fmt: skip
 """Seeds of random faces with a hole, and their steepness in degrees."""
 FEW = 5
 """Largest number of rocks of one face that may be lost although their way leads over the ground: this errs safely."""

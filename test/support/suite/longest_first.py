@@ -32,6 +32,8 @@ KEPT = (
     "hard/test_never_below.py::",
     "project/test_docs.py::",
     "project/test_layers.py::",
+    "project/test_names.py::",
+    "project/test_package.py::",
 )
 """First characters of functions that `make test` always runs, such as those of equal results and false greens."""
 DURATION = re.compile(r"^ *([\d.]+)s (?:setup|call|teardown) +test/([\w/]+\.py)::(\w+)", re.MULTILINE)
