@@ -82,7 +82,8 @@ PYTEST = PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --dist loadfile --no-l
 .byte-code: venv
 	@$(BYTE_CODE) --invalidation-mode checked-hash rpf3d_core rpf3d_ros
 
-# The tests without the mark `long`, which also the tests in test/support/suite/long_tests.txt have: some tests of every file.
+# The tests without the mark `long`, which also the tests have that two files in test/support/suite list: long_tests.txt and
+# lone_loops.txt. Some tests of every file run.
 test: .byte-code
 	$(PYTEST) -m "not long"
 

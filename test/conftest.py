@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 from suite.compiled_once import compile_once
-from suite.longest_first import long_tests, longest_first, shuffled
+from suite.longest_first import is_long, longest_first, shuffled
 
 # The time of an example on a busy machine does not depend on what is tested. The examples are the same in each run;
 # for those of test/properties, `make campaign` tries others.
@@ -37,14 +37,13 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)  # before pytest selects tests by their marks
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark the tests in long_tests.txt, and sort the files if several workers share them.
+    """Mark the tests in long_tests.txt and lone_loops.txt, and sort the files if several workers share them.
 
     The longest files come first; with the environment variable RPF3D_TURN (a whole number), the files come in a random
     order that depends on this number.
     """
-    long = long_tests()
     for item in items:
-        if item.nodeid.removeprefix("test/").partition("[")[0] in long:
+        if is_long(item.nodeid.removeprefix("test/")):
             item.add_marker(pytest.mark.long)
     if hasattr(config, "workerinput"):
         files, turn = [item.path for item in items], os.environ.get("RPF3D_TURN")

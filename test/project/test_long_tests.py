@@ -10,6 +10,8 @@ import pytest
 from suite.longest_first import (
     KEPT,
     files_listed,
+    is_long,
+    lone_loops,
     long_listed,
     long_tests,
     longest_first,
@@ -28,7 +30,7 @@ def functions_in(path: Path) -> list[ast.FunctionDef]:
     return [each for each in ast.walk(tree) if isinstance(each, ast.FunctionDef) and each.name.startswith("test_")]
 
 
-def is_long(function: ast.FunctionDef) -> bool:
+def is_marked(function: ast.FunctionDef) -> bool:
     """Return True if the whole test function is marked `long`."""
     return any(ast.unparse(decorator) == "pytest.mark.long" for decorator in function.decorator_list)
 
@@ -36,12 +38,19 @@ def is_long(function: ast.FunctionDef) -> bool:
 @pytest.mark.parametrize("path", FILES, ids=[str(path.relative_to(TESTS)) for path in FILES])
 def test_every_file_has_a_test_that_is_not_long(path: Path) -> None:
     listed, name = long_tests(), path.relative_to(TESTS).as_posix()
-    assert not all(is_long(each) or f"{name}::{each.name}" in listed for each in functions_in(path))
+    assert not all(is_marked(each) or f"{name}::{each.name}" in listed for each in functions_in(path))
 
 
 def test_the_list_of_long_tests_names_tests_that_are_there() -> None:
     there = {f"{path.relative_to(TESTS).as_posix()}::{each.name}" for path in FILES for each in functions_in(path)}
     assert set(long_tests()) - there == set(), "the list names a test that is not there: see longest_first.py"
+    assert lone_loops() - there == set() == lone_loops() & set(long_tests()), "see longest_first.py"
+
+
+def test_of_a_test_that_alone_needs_a_loop_the_reference_engine_is_in_make_test() -> None:
+    both = min(each for each in lone_loops() if each.startswith("effects/test_barriers.py"))
+    assert is_long(f"{both}[0.1-compiled]") and is_long(both) and not is_long(f"{both}[0.1-reference]")
+    assert is_long(f"{next(iter(long_tests()))}[reference]") and not is_long("effects/test_x.py::test_x[compiled]")
 
 
 def test_a_long_test_is_one_that_takes_long_is_not_the_quickest_of_its_file_and_is_not_kept() -> None:

@@ -6,12 +6,16 @@ examples take more than LONGEST in total, except the quickest function of each f
 an idle machine, and again if it compiled loops:
 
     make test-all PYTEST_ADDOPTS=--durations=0 | .venv/bin/python test/support/suite/longest_first.py
+
+A third list, lone_loops.txt, is kept by hand: functions that alone need a compiled loop. Where no loop is compiled yet,
+each of these loops takes 20 to 100 s, so `make test` runs these functions on the reference engine only.
 """
 
 import re
 import sys
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
+from functools import cache
 from pathlib import Path
 from random import Random
 
@@ -20,6 +24,8 @@ LIST = Path(__file__).with_name("longest_files.txt")
 """File with one line for each test file, longest first: the seconds of its tests, and its path in the folder `test`."""
 LONG_LIST = Path(__file__).with_name("long_tests.txt")
 """File with one line for each long test function, longest first: its seconds, its file in `test`, and its name."""
+LONE_LIST = Path(__file__).with_name("lone_loops.txt")
+"""File with one line for each function that alone needs a compiled loop: its file in `test`, and its name."""
 SHORT = 3.0
 """Smallest time (s) of a test file in LIST; files that are not listed run last."""
 LONGEST = 1.0
@@ -44,9 +50,22 @@ def seconds_of_files() -> dict[str, float]:
     return _seconds_in(LIST)
 
 
+@cache
 def long_tests() -> dict[str, float]:
     """Return the time (s) of each function in LONG_LIST, by its file and name: `hard/test_gaps.py::test_x`."""
     return _seconds_in(LONG_LIST)
+
+
+def is_long(node: str) -> bool:
+    """Return True if a list leaves a test out of `make test`; node : its name, such as `hard/test_gaps.py::test_x[1]`."""
+    function, _, example = node.partition("[")
+    return function in long_tests() or (function in lone_loops() and "reference" not in example)
+
+
+@cache
+def lone_loops() -> frozenset[str]:
+    """Return the functions in LONE_LIST, by file and name: `hard/test_gaps.py::test_x`."""
+    return frozenset(LONE_LIST.read_text(encoding="utf-8").split())
 
 
 def _seconds_in(path: Path) -> dict[str, float]:
