@@ -57,7 +57,7 @@ def long_tests() -> dict[str, float]:
 
 
 def is_long(node: str) -> bool:
-    """Return True if a list leaves a test out of `make test`; node : its name, such as `hard/test_gaps.py::test_x[1]`."""
+    """Return True if a list leaves out a test of `make test`; node : its name, as in `hard/test_gaps.py::test_x[1]`."""
     function, _, example = node.partition("[")
     return function in long_tests() or (function in lone_loops() and "reference" not in example)
 
