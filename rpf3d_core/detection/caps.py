@@ -16,15 +16,21 @@ from rpf3d_core.detection.contact import NO_CONTACT, NOTHING_LEFT, Contact, Prev
 from rpf3d_core.detection.fallen import STRAIGHT
 from rpf3d_core.detection.stretch import left_of
 from rpf3d_core.jit.dispatch import kernel, model_function
-from rpf3d_core.terrain.facet_geometry import REACH, contains, corner, edge_distance, stored_normal
+from rpf3d_core.terrain.facet_geometry import NEAR, REACH, contains, corner, is_at_box, stored_normal
 from rpf3d_core.terrain.facets import CRACK, Facets
-from rpf3d_core.values import Vec
-from rpf3d_core.vectors import dot, norm, subtract
+from rpf3d_core.values import ZERO, Vec
+from rpf3d_core.vectors import add, cross, dot, norm, subtract
 
 ON_GROUND = REACH / CRACK
 """Length of a rock's path behind a cap, in tolerances of the caps, up to which a ground contact takes precedence.
 
 So the ground still carries a rock at the edge of a hole.
+"""
+
+ON_RIM = NEAR / CRACK
+"""Distance in plan from a cap, in tolerances of the caps, up to which a rock counts as over the cap.
+
+This is the distance from a facet up to which a rock counts as on the facet.
 """
 
 
@@ -122,7 +128,8 @@ def loss_through_cap(caps: CapLocator, arc: Arc, contact: Any, end: float) -> Lo
 
     contact : the first contact with the ground, which may take precedence; end : s, later passages do not count
 
-    The function follows the arc from cap to cap. An arc passes through each cap at most twice, so the loop ends even if
+    The function follows the arc from cap to cap. A passage at the rim counts only if the rock is then behind a cap
+    (`_cap_beyond`). An arc passes through each cap at most twice, so the loop ends even if
     rounding finds the same two caps again and again.
 
     A rock that meets the free side of the ground has nearly always passed upwards through as many caps as downwards. If
@@ -141,7 +148,7 @@ def loss_through_cap(caps: CapLocator, arc: Arc, contact: Any, end: float) -> Lo
                 break
             later = time_over(arc, t, ON_GROUND * caps.facets.tolerance)
             beyond = _cap_beyond(caps, crossing.facet, position(arc, later))
-            if beyond == NO_CAP:
+            if beyond == NO_CAP:  # the rock passed over the rim only, and goes on in front of the cap
                 t, side = later, -1.0
             else:
                 below = Contact(t=t, facet=beyond, side=side, approach=crossing.approach)
@@ -176,10 +183,10 @@ def _cap_beyond(caps: CapLocator, f: int, q: Vec) -> int:
 
     The result is nearly always f. A rock that is released exactly on a corner of a gap passes through a cap there, even
     if it then moves away over the ground. Several caps may meet at the corner, of one gap or of several, so cap f alone
-    does not decide. A rock that falls straight down on the rim is in the gap. At a hole in a steep slope, where the
-    ground may overhang, every passage counts.
+    does not decide. A rock that falls straight down on the rim is in the gap. At an outer wall, and at a hole in a
+    steep slope, where the ground may overhang, every passage counts.
 
-    q : (3,) m, place of the rock ON_GROUND tolerances after its passage through cap f
+    q : (3,) m, place of the rock, on its path at most ON_GROUND tolerances after its passage through cap f
     """
     if caps.layout.ring[f] >= 0 or _lies_behind(caps, f, q):
         return f
@@ -191,22 +198,28 @@ def _cap_beyond(caps: CapLocator, f: int, q: Vec) -> int:
 
 @kernel
 def _lies_behind(caps: CapLocator, f: int, q: Vec) -> bool:
-    """Return True if place q (m) lies behind cap f: 2 ON_GROUND tolerances behind its plane at most, or 1 before it.
+    """Return True if place q (m) lies behind cap f: at most 2 ON_GROUND tolerances behind it, or 1 in front of it.
 
-    The cap must contain the place in plan, except for one tolerance. The cap of a hole in a steep slope may contain it
-    in its own plane instead: where the ground overhangs, only one of both shows that a rock is behind the cap. In its
-    own plane, the place may be as far outside the cap as it is behind it, because the next cap lies in another plane.
+    The cap must contain the place in plan, except for ON_RIM tolerances; so a way that leads away over the ground by
+    less than 0.3 degrees from the rim counts as a way over the cap. The cap of a hole in a steep slope may contain the
+    place in its own plane instead: where the ground overhangs, only one of the two shows that a rock is behind the cap.
+    In its own plane, the place may be as far outside the cap as it is behind it, because the next cap lies in another
+    plane.
+
+    A cap without an area contains no place.
     """
-    facets = caps.facets
-    height = dot(stored_normal(facets, f), subtract(q, corner(facets, f, 0)))
-    if not -2.0 * ON_GROUND * facets.tolerance <= height <= facets.tolerance:
+    facets, n = caps.facets, stored_normal(caps.facets, f)
+    deepest = 2.0 * ON_GROUND * facets.tolerance
+    height = dot(n, subtract(q, corner(facets, f, 0)))
+    if norm(n) == 0.0 or not -deepest <= height <= facets.tolerance or not is_at_box(facets, f, q, deepest):
         return False
     if caps.layout.ring[f] >= 0 and contains(facets, f, q, False, facets.tolerance + abs(height)):
         return True
     for k in range(3):
         begin = corner(facets, f, k)
         edge = subtract(corner(facets, f, (k + 1) % 3), begin)
-        if left_of(edge, begin, q) < -facets.tolerance * math.sqrt(edge[0] * edge[0] + edge[1] * edge[1]):
+        slack = ON_RIM * facets.tolerance * math.sqrt(edge[0] * edge[0] + edge[1] * edge[1])
+        if left_of(edge, begin, q) < -slack:
             return False
     return True
 
@@ -216,8 +229,8 @@ def passes_below_ground(caps: CapLocator, f: int, g: int, p: Vec, q: Vec) -> boo
     """Return True if a rock passes below the ground between p, where it falls through cap f, and q, above the ground.
 
     In plan the path of a rock is straight. So the rock has stayed in the air of a gap if the straight way in plan leads
-    over caps only, from neighbour to neighbour. A hole in a steep slope has hardly any area in plan. There the way
-    leads from p to q in the planes of the caps, and it is enough that the rock lands without coming back through a cap.
+    over caps only, from neighbour to neighbour. For a hole in a steep slope, which has hardly any area in plan, the way
+    is straight in the plane of the hole, and it is enough that the rock lands without coming back through a cap.
 
     If the way leaves the gap in the first ON_GROUND tolerances, the rock has not been in this gap. It was only on the
     rim, for example at a vertex that two gaps have in common.
@@ -237,16 +250,17 @@ def passes_below_ground(caps: CapLocator, f: int, g: int, p: Vec, q: Vec) -> boo
 def _way_over_gap(caps: CapLocator, f: int, g: int, p: Vec, q: Vec) -> float:
     """Return the length (m) of the straight way from p to q until it leaves the gap that cap f closes.
 
-    The way leads from cap to neighbouring cap, in plan or, at a hole in a steep slope, in the planes of the caps. The
-    result is inf if the way ends in the gap, or reaches cap g.
+    The way is straight as seen in plan or, for a hole in a steep slope, at right angles to the plane of the hole. It
+    leads from cap to neighbouring cap. The result is inf if the way ends in the gap, or reaches cap g.
 
     g : NO_CAP to follow the way up to q; p : (3,) m, on cap f; q : (3,) m
     """
     cap: Any = f
+    n = _facing(caps, f)
     for _ in range(len(caps.layout.ring)):
         if cap == g:
             return math.inf
-        side, share = _side_left(caps, cap, p, q)
+        side, share = _side_left(caps.facets, cap, n, p, q)
         if side < 0:
             return math.inf
         beyond: Any = np.int64(caps.layout.neighbours[3 * cap + side])
@@ -257,21 +271,35 @@ def _way_over_gap(caps: CapLocator, f: int, g: int, p: Vec, q: Vec) -> float:
 
 
 @kernel
-def _side_left(caps: CapLocator, f: int, p: Vec, q: Vec) -> tuple[int, float]:
-    """Return the side (0, 1, 2) over which a straight way from p to q leaves cap f; -1 if it ends in cap f.
+def _facing(caps: CapLocator, f: int) -> Vec:
+    """Return the direction (3,) in which a gap is closed: up, or the normal of the hole in a steep slope.
 
-    Also return the share (0 to 1) of the way up to this side; inf if the way ends in cap f.
-
-    p, q : (3,) m, p in cap f, in plan or in the plane of the cap, as in `_way_over_gap`
+    f : one of the caps that close the gap
     """
-    facets, upright = caps.facets, caps.layout.ring[f] >= 0
+    if caps.layout.ring[f] < 0:
+        return (0.0, 0.0, 1.0)
+    n = ZERO
+    for g in range(len(caps.layout.ring)):
+        if caps.layout.ring[g] == caps.layout.ring[f]:
+            a, b, c = corner(caps.facets, g, 0), corner(caps.facets, g, 1), corner(caps.facets, g, 2)
+            n = add(n, cross(subtract(b, a), subtract(c, a)))
+    return n
+
+
+@kernel
+def _side_left(facets: Facets, f: int, n: Vec, p: Vec, q: Vec) -> tuple[int, float]:
+    """Return the side (0, 1, 2) over which a straight way from p to q leaves facet f; -1 if it ends in facet f.
+
+    Also return the share (0 to 1) of the way up to this side; inf if the way ends in facet f.
+
+    n : (3,) of any length, direction from which the way is seen, on the free side of the facet
+    p, q : (3,) m, p in facet f as seen from there
+    """
     side, least = -1, math.inf
     for k in range(3):
         begin = corner(facets, f, k)
-        edge = subtract(corner(facets, f, (k + 1) % 3), begin)
-        first, last = left_of(edge, begin, p), left_of(edge, begin, q)
-        if upright:
-            first, last = edge_distance(facets, f, k, p)[1], edge_distance(facets, f, k, q)[1]
+        inward = cross(n, subtract(corner(facets, f, (k + 1) % 3), begin))
+        first, last = dot(inward, subtract(p, begin)), dot(inward, subtract(q, begin))
         if last < 0.0:
             share = max(first, 0.0) / (max(first, 0.0) - last)
             if share < least:

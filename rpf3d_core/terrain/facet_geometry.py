@@ -83,11 +83,11 @@ def contains(facets: Facets, f: int, p: Vec, strictly: bool, slack: float) -> bo
         if not inside and (strictly or not (distance >= 0.0 or near)):
             return False
         deep = deep and inside
-    return deep or _is_at_box(facets, f, on_plane(facets, f, p), TIP * slack)
+    return deep or is_at_box(facets, f, on_plane(facets, f, p), TIP * slack)
 
 
 @kernel
-def _is_at_box(facets: Facets, f: int, p: Vec, slack: float) -> bool:
+def is_at_box(facets: Facets, f: int, p: Vec, slack: float) -> bool:
     """Return True if p (m) lies in the box around facet f, widened by a slack (m)."""
     a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
     inside = True

@@ -14,14 +14,12 @@ from rpf3d_core.terrain.mesh.border import Corners
 from rpf3d_core.terrain.mesh.components import components
 
 STEEP = 0.2
-"""Vertical component of a ring's unit normal (-) below which the hole inside the ring is closed in its own plane.
+"""Vertical component of the unit normal (-) of a hole below which the hole is closed in its own plane.
 
-The plane of such a ring is steeper than 78 degrees.
+The plane of such a hole is steeper than 78 degrees, or overhangs.
 """
-RATHER_STEEP = 0.5
-"""The same for a ring that crosses itself in plan, or has a facet that overhangs; steeper than 60 degrees."""
-TINY = 1e-300
-"""Smallest area (m^2) by which the program divides."""
+RATHER_STEEP = 0.7
+"""The same for a hole at whose rim a facet is upright or overhangs, or whose rim crosses itself in plan: 46 degrees."""
 
 
 def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, FloatArray, Corners]:
@@ -30,27 +28,29 @@ def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, F
     Results: the remaining border sides (N, 3, 3) m, the triangles (T, 3, 3) m, and for each triangle the number (T,) of
     the hole that it closes.
 
-    A steep ring of border sides (`STEEP`, `RATHER_STEEP`) is a hole if it runs clockwise, seen from the free side of
-    the facets around the ring. A ring around a component runs counter-clockwise, and its sides remain. Holes that touch
-    at a vertex count as one ring, but each of them is closed for itself. If one of them crosses itself in their common
-    plane, the sides of all of them remain.
+    A ring of border sides is a hole if it runs clockwise, seen from the free side of the facets around the ring. A hole
+    is closed in its own plane if it is steep (`STEEP`, `RATHER_STEEP`). A ring around a component runs
+    counter-clockwise, and its sides remain. Holes that touch at a vertex count as one ring with one plane, but each of
+    them is closed for itself. If one of them crosses itself in this plane, or if there is a component in it, the sides
+    of all of them remain.
 
     border : (B, 3, 3) m, begin and end of each side and third corner of its facet, from `border.border_of`
     crack : width (m) up to which a hole is a crack; the sides of a crack are removed, but the crack gets no triangles
     """
     label = _ring_of(border)
     areas, looks, overhangs = _sums(border, label)
-    share = np.abs(areas[:, 2]) / np.maximum(np.linalg.norm(areas, axis=1), TINY)
-    holes = np.flatnonzero((share < RATHER_STEEP) & (np.einsum("ij,ij->i", areas, looks) < 0.0))
+    holes, size = np.einsum("ij,ij->i", areas, looks) < 0.0, np.linalg.norm(areas, axis=1)
+    steep, rather = -areas[:, 2] < STEEP * size, -areas[:, 2] < RATHER_STEEP * size
+    steep |= rather & overhangs
+    steep |= _crossing(border, label, holes & rather & ~steep)
+    sides_of = np.split(np.argsort(label, kind="stable"), np.cumsum(np.bincount(label))[:-1])
     caps, capped = [np.empty((0, 3, 3))], np.zeros(len(border), dtype=bool)
-    for hole in holes.tolist():
-        sides = label == hole
-        if share[hole] >= STEEP and not overhangs[hole] and not _crosses_itself(border[sides, :2]):
-            continue
-        closed = _closed(border[sides, :2], -areas[hole], crack)
+    others = border[~holes[label], 0]
+    for hole in np.flatnonzero(holes & steep).tolist():
+        closed = _closed(border[sides_of[hole], :2], -areas[hole], crack, others)
         if closed is not None:
             caps.extend(closed)
-            capped |= sides
+            capped[sides_of[hole]] = True
     number = np.repeat(np.arange(len(caps)), [len(cap) for cap in caps])
     return border[~capped], np.concatenate(caps), number
 
@@ -85,58 +85,78 @@ def _sums(border: FloatArray, label: Corners) -> tuple[FloatArray, FloatArray, N
     looks *= np.linalg.norm(way, axis=1, keepdims=True)
     parts = 0.5 * np.cross(a, a + way), looks
     areas, sums = (np.stack([np.bincount(label, part[:, k], count) for k in range(3)], axis=1) for part in parts)
-    overhangs = np.bincount(label, looks[:, 2] <= 0.0, count) > 0.0
+    overhangs = np.bincount(label, (looks[:, 2] <= 0.0) & (length[:, 0] > 0.0), count) > 0.0
     return areas.astype(np.float64), sums.astype(np.float64), overhangs
 
 
-def _closed(sides: FloatArray, towards: FloatArray, crack: float) -> list[FloatArray] | None:
+def _closed(sides: FloatArray, towards: FloatArray, crack: float, others: FloatArray) -> list[FloatArray] | None:
     """Return the triangles (T, 3, 3) m that close each hole in a steep slope, inside border sides (N, 2, 3) m.
 
-    Return None if a hole crosses itself in the plane perpendicular to `towards`. A hole that is only a crack gets no
-    triangles.
+    Return None if a hole crosses itself in the plane perpendicular to `towards`, or if there is a component in it. A
+    hole that is only a crack gets no triangles.
 
     towards : (3,), direction that the triangles face; crack : m, width up to which a hole is a crack
+    others : (P, 3) m, corners of the rings around components
     """
     n = towards / np.linalg.norm(towards)
     u = np.cross(n, np.eye(3)[np.argmin(np.abs(n))])
     plane = np.stack([u, np.cross(n, u)], axis=1) / np.linalg.norm(u)
+    low, high = sides.min(axis=(0, 1)), sides.max(axis=(0, 1))
+    reach = 0.5 * (high - low).max()
+    near = others[((others > low - reach) & (others < high + reach)).all(axis=1)]
     closed = []
     for ring in _rings(sides, plane):
-        triangles = _triangles(ring, plane, crack)
+        triangles = _triangles(ring, plane, crack, near)
         if triangles is None:
             return None
         closed.append(triangles)
     return closed
 
 
-def _crosses_itself(sides: FloatArray) -> bool:
-    """Return True if border sides (N, 2, 3) m cross each other in plan, other than at their ends."""
-    lines = shapely.linestrings(sides[:, :, :2])
-    return bool(not shapely.MultiLineString(list(lines)).is_simple)
+def _crossing(border: FloatArray, label: Corners, asked: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return flags (R,), True for rings that cross themselves in plan; always False for rings that are not asked for.
+
+    border : (B, 3, 3) m, as in `without_steep_rings`; label : (B,) ring number of each border side; asked : (R,) flags
+    """
+    found = asked.copy()
+    some = np.flatnonzero(asked[label])
+    some = some[np.argsort(label[some], kind="stable")]
+    _, ring = np.unique(label[some], return_inverse=True)
+    lines = shapely.multilinestrings(shapely.linestrings(border[some, :2, :2]), indices=ring)
+    found[asked] = ~shapely.is_simple(lines)
+    return found
 
 
-def _triangles(ring: FloatArray, plane: FloatArray, crack: float) -> FloatArray | None:
+def _triangles(ring: FloatArray, plane: FloatArray, crack: float, others: FloatArray) -> FloatArray | None:
     """Return the triangles (T, 3, 3) m inside a ring of corners (N, 3) m; none (T = 0) if the hole is only a crack.
 
-    Return None if the ring crosses itself in the plane. The ring may touch itself at vertices, around ground inside the
-    hole.
+    Return None if the ring crosses itself in the plane, or if a corner of a component lies in it. The ring may touch
+    itself at vertices, around ground inside the hole.
 
     plane : (3, 2), unit vectors of the plane, the second one counter-clockwise from the first one, seen from the free
-        side; crack : m
+        side; crack : m; others : (P, 3) m, corners of components near the hole
     """
     flat = (ring - ring[0]) @ plane
-    loops = [flat[loop] for loop in _simple_loops(ring) if len(loop) > 2]
-    around = [loop for loop in loops if not shapely.is_ccw(shapely.LinearRing(loop))]
-    islands = [loop for loop in loops if shapely.is_ccw(shapely.LinearRing(loop))]
+    loops = [flat[loop] for loop in _simple_loops(ring)]
+    wide = [loop for loop in loops if not _is_crack(shapely.convex_hull(shapely.MultiPoint(loop)), crack)]
+    around = [loop for loop in wide if not shapely.is_ccw(shapely.LinearRing(loop))]
+    islands = [loop for loop in wide if shapely.is_ccw(shapely.LinearRing(loop))]
+    if not wide:
+        return np.empty((0, 3, 3))
     face = shapely.Polygon(around[0], islands) if len(around) == 1 else None
-    if face is None or not face.is_valid:
+    if face is None or not face.is_valid or shapely.contains_xy(face, (others - ring[0]) @ plane).any():
         return None
-    if 2.0 * face.area <= crack * face.length:
+    if _is_crack(face, crack):
         return np.empty((0, 3, 3))
     parts = shapely.orient_polygons(shapely.get_parts(shapely.constrained_delaunay_triangles(face)))
     number = {corner: k for k, corner in enumerate(map(tuple, flat.tolist()))}
     corners = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3].reshape(-1, 2)
     return np.asarray(ring[[number[corner] for corner in map(tuple, corners.tolist())]].reshape(-1, 3, 3))
+
+
+def _is_crack(face: shapely.Geometry, crack: float) -> bool:
+    """Return True if a face is at most as wide as a crack (m)."""
+    return bool(2.0 * face.area <= crack * face.length)
 
 
 def _simple_loops(ring: FloatArray) -> list[list[int]]:
