@@ -14,12 +14,18 @@ from rpf3d_core.terrain.mesh.border import Corners
 from rpf3d_core.terrain.mesh.components import components
 
 STEEP = 0.2
-"""Vertical component of the unit normal (-) of a hole below which the hole is closed in its own plane.
+"""Vertical component of the unit normal (-) of a hole, without its sign, below which the hole is closed in its plane.
 
-The plane of such a hole is steeper than 78 degrees, or overhangs.
+The plane of such a hole is within 12 degrees of upright.
 """
 RATHER_STEEP = 0.7
-"""The same for a hole at whose rim a facet is upright or overhangs, or whose rim crosses itself in plan: 46 degrees."""
+"""The same for a hole that faces up and at whose rim a facet overhangs, or whose rim crosses itself in plan.
+
+The plane of such a hole is steeper than 46 degrees.
+"""
+
+BESIDE = 0.1
+"""Distance from a rim, along the normal of the hole, up to which ground counts as in the hole, in sizes of the hole."""
 
 
 def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, FloatArray, Corners]:
@@ -31,8 +37,8 @@ def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, F
     A ring of border sides is a hole if it runs clockwise, seen from the free side of the facets around the ring. A hole
     is closed in its own plane if it is steep (`STEEP`, `RATHER_STEEP`). A ring around a component runs
     counter-clockwise, and its sides remain. Holes that touch at a vertex count as one ring with one plane, but each of
-    them is closed for itself. If one of them crosses itself in this plane, or if there is a component in it, the sides
-    of all of them remain.
+    them is closed for itself. If one of them crosses itself in this plane, the sides of all of them remain; the same
+    if a component lies in a hole that is only rather steep (`RATHER_STEEP`).
 
     border : (B, 3, 3) m, begin and end of each side and third corner of its facet, from `border.border_of`
     crack : width (m) up to which a hole is a crack; the sides of a crack are removed, but the crack gets no triangles
@@ -40,14 +46,15 @@ def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, F
     label = _ring_of(border)
     areas, looks, overhangs = _sums(border, label)
     holes, size = np.einsum("ij,ij->i", areas, looks) < 0.0, np.linalg.norm(areas, axis=1)
-    steep, rather = -areas[:, 2] < STEEP * size, -areas[:, 2] < RATHER_STEEP * size
-    steep |= rather & overhangs
-    steep |= _crossing(border, label, holes & rather & ~steep)
+    steep = np.abs(areas[:, 2]) < STEEP * size
+    rather = ~steep & (areas[:, 2] < 0.0) & (-areas[:, 2] < RATHER_STEEP * size)
+    rather &= overhangs | _crossing(border, label, holes & rather & ~overhangs)
     sides_of = np.split(np.argsort(label, kind="stable"), np.cumsum(np.bincount(label))[:-1])
     caps, capped = [np.empty((0, 3, 3))], np.zeros(len(border), dtype=bool)
     others = border[~holes[label], 0]
-    for hole in np.flatnonzero(holes & steep).tolist():
-        closed = _closed(border[sides_of[hole], :2], -areas[hole], crack, others)
+    for hole in np.flatnonzero(holes & (steep | rather)).tolist():
+        inside = others if rather[hole] else others[:0]
+        closed = _closed(border[sides_of[hole], :2], -areas[hole], crack, inside)
         if closed is not None:
             caps.extend(closed)
             capped[sides_of[hole]] = True
@@ -96,14 +103,14 @@ def _closed(sides: FloatArray, towards: FloatArray, crack: float, others: FloatA
     hole that is only a crack gets no triangles.
 
     towards : (3,), direction that the triangles face; crack : m, width up to which a hole is a crack
-    others : (P, 3) m, corners of the rings around components
+    others : (P, 3) m, corners of the rings around components that must not lie in a hole
     """
     n = towards / np.linalg.norm(towards)
     u = np.cross(n, np.eye(3)[np.argmin(np.abs(n))])
     plane = np.stack([u, np.cross(n, u)], axis=1) / np.linalg.norm(u)
-    low, high = sides.min(axis=(0, 1)), sides.max(axis=(0, 1))
-    reach = 0.5 * (high - low).max()
-    near = others[((others > low - reach) & (others < high + reach)).all(axis=1)]
+    depth, depths = sides @ n, others @ n
+    slack = BESIDE * np.ptp(sides, axis=(0, 1)).max()
+    near = others[(depths >= depth.min() - slack) & (depths <= depth.max() + slack)]
     closed = []
     for ring in _rings(sides, plane):
         triangles = _triangles(ring, plane, crack, near)
@@ -136,7 +143,7 @@ def _triangles(ring: FloatArray, plane: FloatArray, crack: float, others: FloatA
     plane : (3, 2), unit vectors of the plane, the second one counter-clockwise from the first one, seen from the free
         side; crack : m; others : (P, 3) m, corners of components near the hole
     """
-    flat = (ring - ring[0]) @ plane
+    flat = np.einsum("nc,cd->nd", ring - ring[0], plane)  # unlike @, equal corners always have equal results
     loops = [flat[loop] for loop in _simple_loops(ring)]
     wide = [loop for loop in loops if not _is_crack(shapely.convex_hull(shapely.MultiPoint(loop)), crack)]
     around = [loop for loop in wide if not shapely.is_ccw(shapely.LinearRing(loop))]

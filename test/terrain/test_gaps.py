@@ -150,8 +150,8 @@ def test_ground_below_a_hole_of_other_ground_needs_no_cap():
     assert len(caps_of(both).corners) == 0
 
 
-def closed_in(there, lean):
-    """Return the caps over the holes of a wall of 1 m squares, and the area vector (T, 3) m^2 of each of these caps.
+def wall(there, lean=0.0):
+    """Return vertices (V, 3) m and triangles of a wall of 1 m squares, along x and z.
 
     there : (N, M), False for missing squares; lean : shift (m) of the wall for each metre of height
     """
@@ -159,10 +159,26 @@ def closed_in(there, lean):
     j, i = np.mgrid[: n + 1, : m + 1].astype(float)
     first = (np.arange(n)[:, None] * (m + 1) + np.arange(m))[there]
     triangles = np.concatenate([first[:, None] + np.array(half) for half in ((0, 1, m + 2), (0, m + 2, m + 1))])
-    caps = caps_of(terrain_of(np.stack([i.ravel(), lean * j.ravel(), j.ravel()], axis=1), triangles))
+    return np.stack([i.ravel(), lean * j.ravel(), j.ravel()], axis=1), triangles
+
+
+def area_vectors(corners):
+    """Return the area vectors (T, 3) m^2 of triangles (T, 3, 3) m."""
+    return 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+
+def closed_in(there, lean):
+    """Return corners, rings and area vectors (T, 3) m^2 of the caps over the holes of a wall (`wall`)."""
+    caps = caps_of(terrain_of(*wall(there, lean)))
+    n, m = there.shape
     inside = ((caps.corners > 0.5) & (caps.corners < (m - 0.5, np.inf, n - 0.5)))[:, :, [0, 2]].all(axis=(1, 2))
-    corners, ring = caps.corners[inside], caps.ring[inside]
-    return corners, ring, 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return caps.corners[inside], caps.ring[inside], area_vectors(caps.corners[inside])
+
+
+def area_inside(caps, middle, half):
+    """Return the sum (3,) m^2 of the area vectors of caps within `half` (m) of a place (x, z) m of a wall."""
+    inside = (np.abs(caps.corners[:, :, [0, 2]] - middle) <= half).all(axis=(1, 2))
+    return area_vectors(caps.corners[inside]).sum(axis=0)
 
 
 @pytest.mark.parametrize("lean", [0.0, 0.02, -0.05], ids=["upright", "steep", "overhanging"])
@@ -187,12 +203,53 @@ def test_holes_in_a_wall_that_touch_at_a_vertex_are_closed_one_by_one(lean):
 def test_ground_inside_a_hole_that_touches_its_rim_at_a_vertex_is_left_open(lean):
     there = np.ones((7, 8), bool)
     there[1:5, 1:6] = False
-    there[1, 1] = True  # ground that touches the rim along two sides, and below it
-    there[2, 2] = True  # ground that touches the former in a vertex
+    there[1, 1] = True  # at a corner of the hole
+    there[2, 2] = True  # touches this ground at a vertex
     corners, ring, areas = closed_in(there, lean)
     assert np.allclose(areas.sum(axis=0), 18.0 * np.array([0.0, -1.0, lean])) and len(set(ring.tolist())) == 1
     middle = corners.mean(axis=1)
     assert not ((middle[:, 0] > 2.0) & (middle[:, 0] < 3.0) & (middle[:, 2] > 2.0) & (middle[:, 2] < 3.0)).any()
+
+
+@pytest.mark.parametrize("distance", [-1.0, 0.0], ids=["in front of it", "inside it"])
+def test_an_upright_hole_has_its_cap_with_separate_ground(distance):
+    there = np.ones((9, 9), bool)
+    there[2:7, 2:7] = False
+    vertices, triangles = wall(there)
+    other = np.array([(3.0, distance, 3.0), (5.0, distance, 3.0), (5.0, distance, 5.0), (3.0, distance, 5.0)])
+    both = np.concatenate([triangles, len(vertices) + np.array([(0, 1, 2), (0, 2, 3)])])
+    caps = caps_of(terrain_of(np.concatenate([vertices, other]), both))
+    assert np.allclose(area_inside(caps, (4.5, 4.5), 2.5), (0.0, -25.0, 0.0))
+
+
+def test_an_outer_border_that_is_undercut_is_no_hole():
+    there = np.ones((20, 20), bool)
+    there[5:7, 5:7] = there[12:14, 12:14] = False
+    plate = surveyed(there)
+    rim = border_of(plate.vertices, plate.triangles)
+    outer = rim[(rim[:, :2, :2] % 20.0 == 0.0).any(axis=(1, 2))]
+    ends = outer[:, :2].reshape(-1, 3)
+    vertices, number = np.unique(np.concatenate([plate.vertices, ends]), axis=0, return_inverse=True)
+    below = np.array([10.0, 10.0, -2.0]) + (vertices - (10.0, 10.0, 0.0)) * (0.95, 0.95, 1.0)
+    a, b = number[len(plate.vertices) :].reshape(-1, 2).T
+    c, d = a + len(vertices), b + len(vertices)
+    triangles = np.concatenate([number[plate.triangles], np.stack([b, a, c], axis=1), np.stack([b, c, d], axis=1)])
+    corners, _ = plan_caps(caps_of(terrain_of(np.concatenate([vertices, below]), triangles)))
+    assert np.isclose(area_vectors(corners)[:, 2].sum(), 8.0)
+
+
+@pytest.mark.parametrize("off", [-1e-9, 0.0, 1e-9])
+def test_a_crack_at_the_rim_of_an_upright_hole_does_not_open_the_hole(off):
+    there = np.ones((6, 8), bool)
+    there[2:4, 3:6] = False
+    vertices, triangles = wall(there)
+    ends = 4 * 9 + 3, 5 * 9 + 3  # of an edge above a corner of the hole; the facet on one side of it is cut in two
+    cut = next(k for k, facet in enumerate(triangles.tolist()) if set(ends) <= set(facet))
+    halves = [[len(vertices) if each == end else each for each in triangles[cut].tolist()] for end in ends]
+    middle = (3.0 + off, 0.0, 4.5)
+    cracked = np.concatenate([np.delete(triangles, cut, axis=0), np.array(halves)])
+    caps = caps_of(terrain_of(np.concatenate([vertices, [middle]]), cracked))
+    assert np.allclose(area_inside(caps, (4.5, 3.0), (1.5, 1.0)), (0.0, -6.0, 0.0))
 
 
 def test_a_face_that_cannot_be_cut_into_triangles_has_an_inner_point_all_the_same(monkeypatch):
