@@ -26,7 +26,6 @@ ON_GROUND = REACH / CRACK
 
 So the ground still carries a rock at the edge of a hole.
 """
-
 ON_RIM = NEAR / CRACK
 """Distance in plan from a cap, in tolerances of the caps, up to which a rock counts as over the cap.
 
@@ -129,8 +128,8 @@ def loss_through_cap(caps: CapLocator, arc: Arc, contact: Any, end: float) -> Lo
     contact : the first contact with the ground, which may take precedence; end : s, later passages do not count
 
     The function follows the arc from cap to cap. A passage at the rim counts only if the rock is then behind a cap
-    (`_cap_beyond`). An arc passes through each cap at most twice, so the loop ends even if
-    rounding finds the same two caps again and again.
+    (`_cap_beyond`). An arc passes through each cap at most twice, so the loop ends even if rounding finds the same two
+    caps again and again.
 
     A rock that meets the free side of the ground has nearly always passed upwards through as many caps as downwards. If
     not, the rock may have come out of the ground exactly through an edge between two facets, without a contact. But the

@@ -75,7 +75,7 @@ def set_down_sphere(model: CoulombSphere, locator: Swept, facets: Facets, motion
 def _meets_ground(locator: Swept, facets: Facets, x: Vec, way: Vec) -> bool:
     """Return True if the straight line from x (3,) m to x + way (3,) m passes through the ground.
 
-    The first SURE crack widths do not count, because x may lie on the ground, or just below it by rounding.
+    The first 2 SURE crack widths do not count, because x may lie on the ground, or just below it by rounding.
     """
     length = norm(way)
     begin = 2.0 * SURE * facets.crack

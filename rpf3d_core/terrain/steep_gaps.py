@@ -23,7 +23,6 @@ RATHER_STEEP = 0.7
 
 The plane of such a hole is steeper than 46 degrees.
 """
-
 BESIDE = 0.1
 """Distance from a rim, along the normal of the hole, up to which ground counts as in the hole, in sizes of the hole."""
 

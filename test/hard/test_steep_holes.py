@@ -103,8 +103,8 @@ def test_hardly_a_rock_is_lost_whose_way_leads_over_the_ground(flown):
     last = np.searchsorted(flights.paths.row, lost, side="right") - 1
     further = (flights.deposits.x[lost] + 1e-4 * flights.paths.v[last] - (0.0, 0.0, 0.5e-8 * G)) @ frame
     on_plan, lid = (1.0, 1.0, 0.0), (0.0, 0.0, 1.0)  # a facet at height 1 covers every place within its outline
-    beside = np.any([is_above(facet * on_plan + lid, further * on_plan) for facet in facets], axis=0)
-    assert (beside & ~covered(facets, further, 1e-10)).sum() <= FEW < len(lost) / 5
+    over_ground = np.any([is_above(facet * on_plan + lid, further * on_plan) for facet in facets], axis=0)
+    assert (over_ground & ~covered(facets, further, 1e-10)).sum() <= FEW < len(lost) / 5
 
 
 def test_both_engines_have_the_same_flights_to_the_last_bit():
@@ -183,7 +183,11 @@ def test_a_way_through_a_steep_hole_below_a_peninsula_of_its_rim_is_below_the_gr
     lower, upper = places - (0.0, 0.0, 0.1), places + np.array([0.0, 0.0, 0.1])
     over = np.array([is_above(cap, lower) & ~is_above(cap, upper) for cap in corners])
     on_cap = over.argmax(axis=0).tolist()
-    first, across, beside, below = tilted(places, 85.0)
-    assert passes_below_ground(caps, on_cap[0], on_cap[1], tuple(first), tuple(across))
-    assert not passes_below_ground(caps, on_cap[3], on_cap[2], tuple(below), tuple(beside))
-    assert not passes_below_ground(caps, on_cap[0], on_cap[3], tuple(first), tuple(below))
+    left, right, lower_right, lower_left = zip(on_cap, map(tuple, tilted(places, 85.0)), strict=True)
+
+    def is_below(begin, end):
+        return passes_below_ground(caps, begin[0], end[0], begin[1], end[1])
+
+    assert is_below(left, right)
+    assert not is_below(lower_left, lower_right)
+    assert not is_below(left, lower_left)

@@ -25,9 +25,14 @@ def surveyed(there, warp=0.0, turn=0.0):
     x, y = i + warp * rng.uniform(-1, 1, i.shape), j + warp * rng.uniform(-1, 1, i.shape)
     z = -0.4 * i + 0.2 * np.sin(j) + 0.1 * rng.normal(size=i.shape)
     x, y = np.cos(turn) * x - np.sin(turn) * y, np.sin(turn) * x + np.cos(turn) * y
+    return terrain_of(np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1), facets_where(there))
+
+
+def facets_where(there):
+    """Return two facets (F, 3) for each square of a grid where `there` (N, M) is true; vertices row by row."""
+    n, m = there.shape
     first = (np.arange(n)[:, None] * (m + 1) + np.arange(m))[there]
-    triangles = np.concatenate([first[:, None] + np.array(half) for half in ((0, 1, m + 2), (0, m + 2, m + 1))])
-    return terrain_of(np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1), triangles)
+    return np.concatenate([first[:, None] + np.array(half) for half in ((0, 1, m + 2), (0, m + 2, m + 1))])
 
 
 def caps_of(terrain):
@@ -157,9 +162,7 @@ def wall(there, lean=0.0):
     """
     n, m = there.shape
     j, i = np.mgrid[: n + 1, : m + 1].astype(float)
-    first = (np.arange(n)[:, None] * (m + 1) + np.arange(m))[there]
-    triangles = np.concatenate([first[:, None] + np.array(half) for half in ((0, 1, m + 2), (0, m + 2, m + 1))])
-    return np.stack([i.ravel(), lean * j.ravel(), j.ravel()], axis=1), triangles
+    return np.stack([i.ravel(), lean * j.ravel(), j.ravel()], axis=1), facets_where(there)
 
 
 def area_vectors(corners):
@@ -200,7 +203,7 @@ def test_holes_in_a_wall_that_touch_at_a_vertex_are_closed_one_by_one(lean):
 
 
 @pytest.mark.parametrize("lean", [0.0, 0.02, -0.05], ids=["upright", "steep", "overhanging"])
-def test_ground_inside_a_hole_that_touches_its_rim_at_a_vertex_is_left_open(lean):
+def test_no_cap_covers_ground_inside_a_hole_that_touches_the_rim_at_a_vertex(lean):
     there = np.ones((7, 8), bool)
     there[1:5, 1:6] = False
     there[1, 1] = True  # at a corner of the hole

@@ -8,7 +8,8 @@ an idle machine, and again if it compiled loops:
     make test-all PYTEST_ADDOPTS=--durations=0 | .venv/bin/python test/support/suite/longest_first.py
 
 A third list, lone_loops.txt, is kept by hand: functions that alone need a compiled loop. Where no loop is compiled yet,
-each of these loops takes 20 to 100 s, so `make test` runs these functions on the reference engine only.
+each of these loops takes 20 to 100 s. So `make test` runs only the examples of these functions that name the reference
+engine, if there are any.
 """
 
 import re
