@@ -33,7 +33,7 @@ from rpf3d_core.simulation.physics import Physics, rock_at
 from rpf3d_core.simulation.record import Record, note_piece, note_piece_spins
 from rpf3d_core.simulation.sphere_blocked import WALL, along_groove, when_blocked
 from rpf3d_core.simulation.sphere_friction import gripped, slip_under, sticks, surface_under
-from rpf3d_core.simulation.sphere_hold import Held, by_one, held_against, most_against, resultant
+from rpf3d_core.simulation.sphere_hold import TRIES, Held, by_one, held_against, most_against, resultant
 from rpf3d_core.simulation.sphere_impacts import is_slight, strike, wedged
 from rpf3d_core.simulation.sphere_segments import (
     CURVE,
@@ -224,24 +224,25 @@ class SegmentAhead(NamedTuple):
 def _ahead(physics: Physics, locator: Swept, lying: Lying, piece: RollingSegment, t: float) -> SegmentAhead:
     """Return the next ground segment of a sphere, of at most t (s), and the first contact with other ground on it.
 
-    A sphere at rest may lie where two facets form a valley of less than PARALLEL: both count as one plane, but on each
-    of them gravity pulls the sphere slightly into the other. The sphere then moves along the other facet, away from the
-    facet that carries it. Its acceleration changes by less than PARALLEL times gravity, until the end of this segment.
-    A third facet that blocks this motion, too, is not handled: the sphere then stays at rest.
+    A sphere may lie where facets form a valley, or the corner of several facets, of less than PARALLEL: they count as
+    one plane, but gravity or friction along one of them pulls the sphere slightly into another. The sphere then moves
+    along the other facet, away from the facet that carries it. A share of less than PARALLEL of its acceleration is
+    lost, until the end of this segment. At most TRIES facets are tried.
 
     lying : the sphere at the start; piece : the ground segment as planned
     """
-    facets = physics.facets
-    a, moves = piece.a, norm(piece.v) > 0.0
+    facets, a, least = physics.facets, piece.a, GRAZING * norm(piece.v)
+    tries = 0
     while True:  # a loop, so that the search is compiled once
         course = Course(x=lying.motion.x, v=piece.v, a=a, radius=locator.radius, gravity=physics.settings.gravity)
         span = span_of(facets, lying.held, course, t)
         low, high = box_of(course, 0.0, span.t, REACH * facets.tolerance)
         quest = SphereSweep(course=course, end=span.t, before=span.t)
         touch = scan(locator.locator, facets, low, high, quest, NO_TOUCH)
-        if moves or touch.t > 0.0 or not touch.face or dot(lying.n, touch.n) < ONE_PLANE:
+        pulled = touch.t == 0.0 and touch.face and touch.approach <= least and dot(lying.n, touch.n) >= ONE_PLANE
+        if tries == TRIES or not pulled:
             return SegmentAhead(course=course, span=span, touch=touch)
-        a, moves = without(a, touch.n), True
+        a, tries = without(a, touch.n), tries + 1
 
 
 @kernel

@@ -24,8 +24,16 @@ def is_slight(physics: Physics, n: Vec, speed: float, least: float) -> bool:
 
     least : smallest share of gravity (-) that is assumed to press the sphere on the contact; the true share is n_z
     """
-    pressed = physics.settings.gravity * max(n[2], least)
-    return pressed > 0.0 and speed * speed < 2.0 * pressed * physics.settings.smallest_bounce
+    return _rises_less(physics.settings.gravity * max(n[2], least), speed, physics.settings.smallest_bounce)
+
+
+@kernel
+def _rises_less(pressed: float, speed: float, height: float) -> bool:
+    """Return True if a sphere with `speed` (m/s) off the ground rises less than `height` (m) before it returns.
+
+    pressed : acceleration of the sphere towards the ground (m/s^2); if it is not above 0, the result is False
+    """
+    return pressed > 0.0 and speed * speed < 2.0 * pressed * height
 
 
 @land.rule(Touch)
@@ -70,6 +78,9 @@ def _lowered(facets: Facets, contact: Touch, x: Vec, radius: float) -> Vec:
 def strike(physics: Physics, state: State, contact: Touch, rock: RockContext, record: Record) -> State:
     """Return the state of a sphere after an impact: in flight, or on the ground if the next bounce would be small.
 
+    The next bounce is small if it would rise by less than smallest_bounce. If R_n is 1, bounces never become smaller;
+    then only a bounce below the contact tolerance is small, because the search for contacts does not resolve it.
+
     If an effect breaks the sphere, the outcome of the state is FRAGMENTED. The impact is recorded.
 
     contact : the contact with the ground
@@ -90,8 +101,8 @@ def strike(physics: Physics, state: State, contact: Touch, rock: RockContext, re
     if breaks(physics.effects, state.motion, after, n, rock_now):
         return ended(bounced, FRAGMENTED)
     surface = ground_of(physics, contact.facet, rock, bounced)
-    dies = surface.R_n < 1.0 and n[2] > 0.0
-    if dies and is_slight(physics, n, dot(after.v, n), 0.0):
+    height = physics.settings.smallest_bounce if surface.R_n < 1.0 else physics.facets.tolerance
+    if _rises_less(physics.settings.gravity * n[2], dot(after.v, n), height):
         return lie(bounced, contact.facet, Motion(t=after.t, x=after.x, v=along(after.v, n), w=after.w))
     return bounced
 

@@ -104,3 +104,25 @@ def test_a_sphere_at_rest_on_a_vertex_slides_down_without_friction(engine):
     centre = 3.20100595002792, 2.400000009569547, -3.6288111003464896
     flights = roll(over, spheres(GROUND._replace(mu=0.0), max_time=30.0), 1.7, centre)
     assert flights.deposits.outcome[0] == Outcome.LEFT_TERRAIN
+
+
+@pytest.mark.parametrize("noise", [1e-9, 1e-8, 1e-7, 1e-6])
+@pytest.mark.parametrize("elastic", [0.0, 1.0])
+def test_spheres_released_in_motion_on_a_seam_leave_it(noise, elastic):
+    """Each sphere moves along one facet, and lies on the border of this facet; friction pulls it into other facets."""
+    random, count = np.random.default_rng(int(1e12 * noise) + 13), 300
+    terrain = rough_grid(20, 60.0, FALL, noise)
+    corners = terrain.vertices[terrain.triangles]
+    middle = np.flatnonzero((corners[:, :, :2].min(axis=1) > 5.0).all(axis=1) & (corners[:, :, 0].max(axis=1) < 30.0))
+    corner = corners[random.choice(middle, count)]
+    share = random.choice([0.0, 0.5, random.uniform()], count)[:, None]
+    n = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    n /= np.linalg.norm(n, axis=1)[:, None]
+    radius = random.uniform(0.1, 2.0, count)
+    x = corner[:, 0] + share * (corner[:, 1] - corner[:, 0]) + radius[:, None] * n
+    way = np.cross(random.normal(size=(count, 3)), n)
+    v = way / np.linalg.norm(way, axis=1)[:, None] * 10.0 ** random.uniform(-2.0, 1.0, count)[:, None]
+    ground = GROUND._replace(R_n=elastic, mu=random.choice([0.5, 2.0, 5.0]), mu_r=0.02)
+    flights = roll(engine_over("compiled", terrain), spheres(ground, max_time=1.0, max_impacts=5000), radius, x, v)
+    assert not np.isin(flights.deposits.outcome, [Outcome.STOPPED, Outcome.UNRESOLVED_CONTACT]).any()
+    assert np.linalg.norm(flights.deposits.x - x, axis=1).min() > 1e-3
