@@ -24,6 +24,7 @@ LONGEST = 240.0
 """Time (s) after which a running test counts as failed: without some guards a rock bounces until max_impacts."""
 ARC = "rpf3d_core/arc.py"
 SPHERES, SEGMENTS = "rpf3d_core/detection/sphere_contact.py", "rpf3d_core/simulation/sphere_segments.py"
+ROLLING, SPHERE_IMPACTS = "rpf3d_core/simulation/sphere.py", "rpf3d_core/simulation/sphere_impacts.py"
 NARROW, SEARCH = "rpf3d_core/detection/narrow_phase.py", "rpf3d_core/detection/search.py"
 GEOMETRY = "rpf3d_core/terrain/facet_geometry.py"
 TIES = "rpf3d_core/detection/ties.py"
@@ -341,6 +342,22 @@ GUARDS = (
         "1.5 * RIM",
         "`put_back`: on a facet a sphere must not sink as deep as edges are lowered",
         "the edges of its own facet stop the sphere",
+    ),
+    Guard(
+        "test_nearly_one_plane.py::test_spheres_released_in_motion_on_a_seam_leave_it[0.0-1e-09]",
+        ROLLING,
+        "        if tries == TRIES or not pulled:\n",
+        "        if tries >= 0:\n",
+        "`_ahead`: friction or gravity that pulls a sphere into a facet of the same plane does not stop the sphere",
+        "spheres in motion stop, or end as `unresolved_contact`, on a seam where nothing holds them",
+    ),
+    Guard(
+        "test_nearly_one_plane.py::test_spheres_released_in_motion_on_a_seam_leave_it[1.0-1e-08]",
+        SPHERE_IMPACTS,
+        "if surface.R_n < 1.0 else physics.facets.tolerance",
+        "if surface.R_n < 1.0 else 0.0",
+        "`strike`: a bounce that would rise by less than the contact tolerance ends, also with R_n 1",
+        "spheres bounce on a seam without progress, and end as `unresolved_contact` or `max_impacts`",
     ),
     Guard(
         "test_bad_meshes.py::test_a_rock_that_comes_down_on_the_lowest_facet_of_a_level_terrain_is_followed_to_it"
