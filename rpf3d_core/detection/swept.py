@@ -10,7 +10,7 @@ from rpf3d_core.detection.bucket_grid import CellRectangle, Grid, cell_index, ce
 from rpf3d_core.detection.bucket_locator import BucketLocator, grid_of
 from rpf3d_core.detection.contact import PreviousContact, first_contact, plain_locator, radius_of
 from rpf3d_core.detection.slabs import LEVELS, SHIFT, flies_over, width_of
-from rpf3d_core.detection.sphere_contact import NO_TOUCH, Course, Touch, course_position, course_velocity
+from rpf3d_core.detection.sphere_course import NO_TOUCH, Course, Touch, course_position, course_velocity
 from rpf3d_core.detection.touching import SphereSweep, looked_at, scan
 from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.terrain.facet_geometry import REACH, corner

@@ -8,7 +8,9 @@ from typing import NamedTuple
 
 from rpf3d_core.detection.closest import foot_on
 from rpf3d_core.detection.contact import GRAZING
-from rpf3d_core.detection.sphere_contact import ON_RIM, Course, Touch, earlier_touch, stays_on
+from rpf3d_core.detection.sphere_contact import earlier_touch, stays_on
+from rpf3d_core.detection.sphere_course import Course, Touch
+from rpf3d_core.detection.sphere_rim import ON_RIM
 from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.terrain.facet_geometry import NEAR, corner, edge_distance, stored_normal
 from rpf3d_core.terrain.facets import Facets

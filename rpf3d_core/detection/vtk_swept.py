@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from rpf3d_core.detection.sphere_contact import NO_TOUCH, Course, Touch
+from rpf3d_core.detection.sphere_course import NO_TOUCH, Course, Touch
 from rpf3d_core.detection.swept import box_of, stretch_end, swept_contact
 from rpf3d_core.detection.touching import SphereSweep, looked_at, scan
 from rpf3d_core.detection.vtk_locator import FIRST_BOX, LONGEST_BOX, VtkLocator

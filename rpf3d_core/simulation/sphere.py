@@ -12,14 +12,8 @@ from typing import NamedTuple
 
 from rpf3d_core.detection.caps import Loss, loss_on_way
 from rpf3d_core.detection.contact import GRAZING, PreviousContact
-from rpf3d_core.detection.sphere_contact import (
-    NO_TOUCH,
-    Course,
-    Touch,
-    course_position,
-    course_velocity,
-    stays_on,
-)
+from rpf3d_core.detection.sphere_contact import stays_on
+from rpf3d_core.detection.sphere_course import NO_TOUCH, Course, Touch, course_position, course_velocity
 from rpf3d_core.detection.swept import Swept, box_of
 from rpf3d_core.detection.touching import Against, SphereSweep, scan
 from rpf3d_core.effects.hooks import still_at

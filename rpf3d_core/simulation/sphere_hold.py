@@ -8,7 +8,7 @@ around edges, balls of radius R around corners.
 
 from typing import Any, NamedTuple
 
-from rpf3d_core.detection.sphere_contact import NO_TOUCH, Touch
+from rpf3d_core.detection.sphere_course import NO_TOUCH, Touch
 from rpf3d_core.detection.touching import Against, scan
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.terrain.facet_geometry import NEAR, PARALLEL

@@ -1,7 +1,7 @@
 """Impacts of a rigid sphere; `Motion.x` is the sphere's centre."""
 
 from rpf3d_core.detection.contact import GRAZING, PreviousContact
-from rpf3d_core.detection.sphere_contact import Touch
+from rpf3d_core.detection.sphere_course import Touch
 from rpf3d_core.effects.hooks import breaks, still_at
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.materials.rock_context import RockContext

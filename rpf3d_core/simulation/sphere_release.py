@@ -6,7 +6,7 @@ from typing import Any
 from rpf3d_core.arc import Arc
 from rpf3d_core.detection.contact import LINE_OF_SIGHT, first_contact, plain_locator
 from rpf3d_core.detection.fallen import STRAIGHT as STRAIGHT_LINE
-from rpf3d_core.detection.sphere_contact import NO_TOUCH, Touch
+from rpf3d_core.detection.sphere_course import NO_TOUCH, Touch
 from rpf3d_core.detection.swept import Swept
 from rpf3d_core.detection.touching import Nearest, scan
 from rpf3d_core.jit.dispatch import kernel

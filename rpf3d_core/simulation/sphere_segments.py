@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 from rpf3d_core.arc import falling_time
 from rpf3d_core.detection.contact import GRAZING
-from rpf3d_core.detection.sphere_contact import RIM, Course, Touch
+from rpf3d_core.detection.sphere_course import Course, Touch
+from rpf3d_core.detection.sphere_rim import RIM
 from rpf3d_core.detection.swept import Swept, stretch_end
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.rolling_moment import STICKS

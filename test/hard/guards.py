@@ -511,7 +511,7 @@ GUARDS = (
     ),
     Guard(
         "test_effects.py::test_a_sphere_that_slips_over_the_edges_in_a_plane_feels_none_of_them[40.0-reference]",
-        "rpf3d_core/detection/sphere_contact.py",
+        "rpf3d_core/detection/sphere_rim.py",
         "RIM = 2.0\n",
         "RIM = 0.0\n",
         "RIM: edges and corners lie two tolerances deeper than faces",

@@ -12,7 +12,8 @@ from flights.on_both_engines import BOTH
 from flights.rolling_spheres import places_of, roll, spheres
 from flights.scenes_of_facets import engine_over, grid_triangles, terrain_of
 
-from rpf3d_core.detection.sphere_contact import NO_TOUCH, Course, earlier_touch
+from rpf3d_core.detection.sphere_contact import earlier_touch
+from rpf3d_core.detection.sphere_course import NO_TOUCH, Course
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.values import Outcome
 

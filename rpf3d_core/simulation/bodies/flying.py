@@ -7,7 +7,7 @@ from rpf3d_core.arc import Arc, arc_length
 from rpf3d_core.detection.caps import Loss, loss_on
 from rpf3d_core.detection.contact import NO_CONTACT
 from rpf3d_core.detection.search import flight_end
-from rpf3d_core.detection.sphere_contact import Course
+from rpf3d_core.detection.sphere_course import Course
 from rpf3d_core.detection.swept import stretch_end, swept_contact
 from rpf3d_core.effects.hooks import NO_MEETING, Meeting, first_obstacle, longest_flight
 from rpf3d_core.jit.dispatch import kernel

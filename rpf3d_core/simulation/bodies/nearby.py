@@ -3,7 +3,7 @@
 from typing import Any, NamedTuple
 
 from rpf3d_core.detection.closest import closest_point
-from rpf3d_core.detection.sphere_contact import NO_TOUCH, Touch
+from rpf3d_core.detection.sphere_course import NO_TOUCH, Touch
 from rpf3d_core.detection.touching import looked_at, scan
 from rpf3d_core.jit.dispatch import kernel, routine
 from rpf3d_core.simulation.bodies.room import GAP, PLANE_COLUMNS, UNKNOWN, BodyRoom
