@@ -23,7 +23,7 @@ from rpf3d_core.hazard.zones import CLASS, REACH, WORST_CLASS, WORST_REACH, Zone
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.hazard_files.geotiffs import write_hazard_rasters
 from rpf3d_core.results.hazard_files.zones_geojson import hazard_zones, zones_without_cells
-from rpf3d_core.results.plots.hazard import themes
+from rpf3d_core.results.plots.hazard_themes import themes
 from rpf3d_core.runs.parallel import fly_parts
 from rpf3d_core.scene.hazard import HazardSpec, matrix_of
 from rpf3d_core.setup.prepared import empty_tallies, prepare

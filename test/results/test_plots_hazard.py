@@ -12,7 +12,9 @@ from matplotlib.image import imread
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, reach_probability
 from rpf3d_core.hazard.scales import Scale, colours_at, places
 from rpf3d_core.results.plots import hazard as module
-from rpf3d_core.results.plots.hazard import norm_of, themes, write_hazard_pictures
+from rpf3d_core.results.plots.hazard import write_hazard_pictures
+from rpf3d_core.results.plots.hazard_colour_bar import arrow_ends, norm_of
+from rpf3d_core.results.plots.hazard_themes import themes
 from rpf3d_core.results.plots.shading import hillshade
 from rpf3d_core.results.plots.sheet import whole_window
 from rpf3d_core.results.shown import MapContent, RunCounts
@@ -158,7 +160,7 @@ def test_many_releases_are_dots_and_few_are_marks():
 
 def test_the_bar_is_pointed_where_values_lie_beyond_it():
     scale = Scale(1.0, 10.0, True)
-    ends = [module._beyond(scale, np.array(known)) for known in ([], [1.0, 10.0], [0.5], [20.0], [0.5, 20.0])]
+    ends = [arrow_ends(scale, np.array(known)) for known in ([], [1.0, 10.0], [0.5], [20.0], [0.5, 20.0])]
     assert ends == ["neither", "neither", "min", "max", "both"]
     assert norm_of(scale)(np.sqrt(10.0)) == pytest.approx(0.5)
     assert norm_of(Scale(0.0, 10.0, False))(5.0) == pytest.approx(0.5)

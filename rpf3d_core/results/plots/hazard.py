@@ -8,31 +8,19 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Colormap, ListedColormap, LogNorm, Normalize
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.text import Text
-from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from rpf3d_core.hazard.maps import HazardMaps, Raster, reach_probability
-from rpf3d_core.hazard.passages import passage_per_metre
-from rpf3d_core.hazard.scales import (
-    FEW_COLOUR,
-    FEW_WORDS,
-    Scale,
-    Values,
-    colours_at,
-    reach_scale,
-    round_steps,
-    scale_of_energy,
-    scale_of_height,
-    scale_of_passages,
-)
+from rpf3d_core.hazard.maps import HazardMaps, Raster
+from rpf3d_core.hazard.scales import FEW_COLOUR, FEW_WORDS
 from rpf3d_core.results.hazard_files.sentences import words_on_empty
+from rpf3d_core.results.plots.hazard_colour_bar import colour_map, draw_colour_bar, norm_of
+from rpf3d_core.results.plots.hazard_themes import Theme, themes
 from rpf3d_core.results.plots.shading import GroundPictures
 from rpf3d_core.results.plots.sheet import (
     MOST_RELEASES,
@@ -73,27 +61,6 @@ DOT: dict[str, Any] = {"marker": ".", "color": "black", "markersize": 2.0, "mark
 
 TITLE_PAD = 38.0
 """Distance of the title from the map (points), so that a long title covers neither the scale bar nor its label."""
-
-BAR_HEIGHT = 0.17
-"""Height of the colour bar (inches)."""
-
-JOULE_PER_KJ = 1000.0
-
-
-@dataclass(frozen=True, eq=False)
-class Theme:
-    """The quantity that one hazard picture shows: values, title, unit and colour scale.
-
-    title : part of the picture's title between the scene and the number of rocks; unit : label of the colour bar
-    values : (C,) of all cells of the raster, in SI units, NaN where unknown; scale : colour scale of `values`
-    per_unit : number of SI units in one unit of the colour bar, such as 1000 for kJ
-    """
-
-    title: str
-    unit: str
-    values: Values
-    scale: Scale
-    per_unit: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,83 +103,6 @@ def write_hazard_pictures(
         save(page.figure, folder / f"{file}.png")
         for artist in drawn:
             artist.remove()
-
-
-def _upper_end(maps: HazardMaps) -> dict[str, Theme]:
-    """Return the picture of the upper end of the predictive interval of reach probability, as an entry of `themes`.
-
-    The result is empty without parameter sets, because there is no predictive interval.
-    """
-    if maps.reach_band is None:
-        return {}
-    band, cell = maps.reach_band, maps.raster.cell
-    high = np.full(maps.cells.count, np.nan)
-    high[band.cell] = np.where(band.high > 0.0, band.high, np.nan)
-    return {
-        "reach_probability_high": Theme(
-            "reach probability, predictive upper end (95 %)",
-            f"share of all rocks that come to a cell of {cell:g} m (%),\n"
-            f"upper end over {maps.sets.flown} parameter sets",
-            high, reach_scale(maps.flown, band.high), 0.01,
-        )
-    }  # fmt: skip
-
-
-def _of_worst(maps: HazardMaps) -> dict[str, Theme]:
-    """Return the pictures of the worst source of each cell as entries of `themes`.
-
-    The result is empty for a scene with one source, and if the counts of the sources needed too much memory.
-    """
-    cells, worst, wide = maps.cells, maps.worst_cells, f"in cells of {maps.raster.cell:g} m"
-    if worst is None:
-        return {}
-    return {
-        "reach_probability_worst_source": Theme(
-            "reach probability, worst source", f"largest share of the rocks of a source that\ncome to a cell of "
-            f"{maps.raster.cell:g} m (%)", cells.everywhere(worst.reach, np.nan),
-            reach_scale(int(maps.sources.flown.max()), worst.reach), 0.01,
-        ),
-        "energy_p95_worst_source": Theme(
-            "95th percentile of the rocks' largest energy, worst source",
-            f"{maps.energy_kind} kinetic energy, p95 (kJ),\n{wide}", cells.everywhere(worst.energy, np.nan),
-            scale_of_energy(worst.energy), JOULE_PER_KJ,
-        ),
-    }  # fmt: skip
-
-
-def themes(maps: HazardMaps) -> dict[str, Theme]:
-    """Return a `Theme` for each hazard picture of a run, by the name of the picture's file without extension."""
-    cells, wide = maps.cells, f"in cells of {maps.raster.cell:g} m"
-    share = reach_probability(cells, maps.flown)
-    p95 = "95th percentile of the rocks' largest"
-    return {
-        "reach_probability": Theme(
-            "reach probability", f"share of all rocks that come to a cell\nof {maps.raster.cell:g} m (%)",
-            cells.everywhere(share, np.nan), reach_scale(maps.flown, share), 0.01,
-        ),
-        **_upper_end(maps),
-        **_per_metre(maps),
-        "energy_p95": Theme(
-            f"{p95} energy", f"{maps.energy_kind} kinetic energy, p95 (kJ),\n{wide}",
-            cells.everywhere(cells.energy.p95, np.nan), scale_of_energy(cells.energy.p95), JOULE_PER_KJ,
-        ),
-        "height_p95": Theme(
-            f"{p95} height", f"height above the ground, p95 (m),\n{wide}", cells.everywhere(cells.height.p95, np.nan),
-            scale_of_height(cells.height.p95),
-        ),
-        **_of_worst(maps),
-    }  # fmt: skip
-
-
-def _per_metre(maps: HazardMaps) -> dict[str, Theme]:
-    """Return the picture of passages per metre as an entry of `themes`; empty if the maps do not have this quantity."""
-    if not maps.cells.has_ways:
-        return {}
-    value = passage_per_metre(maps).value
-    unit = "share of all rocks that pass a metre\nacross their way (%/m), whatever the cell"
-    known = np.where(value > 0.0, value, np.nan)
-    scale = scale_of_passages(known)
-    return {"passage_per_metre": Theme("passages per metre", unit, maps.cells.everywhere(known, np.nan), scale, 0.01)}
 
 
 def hazard_figure(
@@ -279,7 +169,7 @@ def _draw_theme(page: HazardPage, title: str, theme: Theme, maps: HazardMaps) ->
     cells = _draw_cells(page.main, page.ground.terrain, page.ground.window, theme, maps)
     page.main.set_title(title, loc="left", fontsize=12, pad=TITLE_PAD)
     if np.isfinite(theme.values).any():
-        scale: Artist = _draw_scale(page.figure, page.side, theme)
+        scale: Artist = draw_colour_bar(page.figure, page.side, theme)
     else:
         scale = _say_why_empty(page.side, maps)
     return [*cells, scale, _draw_legend(page, maps.raster, few=len(cells) > 1)]
@@ -352,57 +242,9 @@ def _cells_in(raster: Raster, window: Window) -> tuple[tuple[slice, slice], Wind
     return (slice(bottom, top), slice(left, right)), covered
 
 
-def colour_map() -> Colormap:
-    """Return the hazard colours as a matplotlib colour map of 256 steps."""
-    return ListedColormap(colours_at(np.linspace(0.0, 1.0, 256)) / 255.0)
-
-
-def norm_of(scale: Scale) -> Normalize:
-    """Return the matplotlib norm, linear or logarithmic, that maps values of a colour scale to 0 to 1."""
-    kind = LogNorm if scale.logarithmic else Normalize
-    return kind(scale.low, scale.high)
-
-
-def _draw_scale(figure: Figure, side: Axes, theme: Theme) -> Axes:
-    """Draw the colour bar next to the map, with round numbers in the unit of the picture; return its axes."""
-    box = side.get_position()
-    height = BAR_HEIGHT / figure.get_size_inches()[1]
-    bar = figure.add_axes((box.x0 + 0.02 * box.width, box.y0 + 0.87 * box.height, 0.93 * box.width, height))
-    scale = Scale(
-        low=theme.scale.low / theme.per_unit,
-        high=theme.scale.high / theme.per_unit,
-        logarithmic=theme.scale.logarithmic,
-    )
-    colours = figure.colorbar(
-        ScalarMappable(norm_of(scale), colour_map()),
-        cax=bar,
-        orientation="horizontal",
-        extend=_beyond(scale, theme.values[np.isfinite(theme.values)] / theme.per_unit),
-    )
-    colours.set_label(theme.unit, fontsize=9)
-    colours.ax.tick_params(labelsize=9)
-    if scale.logarithmic:
-        colours.locator = LogLocator(10, round_steps(scale.low, scale.high), numticks=20)
-        colours.formatter = FuncFormatter(lambda value, _: f"{value:,.6g}")
-        colours.minorlocator = NullLocator()
-        colours.update_ticks()
-    return bar
-
-
 def _say_why_empty(side: Axes, maps: HazardMaps) -> Text:
     """Write a text that explains why no cell has a value, in the place of the colour bar; return the text object."""
     return side.text(0.0, 0.9, words_on_empty(maps), transform=side.transAxes, va="top", fontsize=9, color="#c81e1e")
-
-
-def _beyond(scale: Scale, known: Values) -> str:
-    """Return the ends of the colour bar to draw as arrows, because values lie beyond the ends of the scale.
-
-    The result is a value of matplotlib's `extend`: "neither", "min", "max" or "both".
-
-    known : (N,) all known values, in the unit of the scale
-    """
-    below, above = bool((known < scale.low).any()), bool((known > scale.high).any())
-    return {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[below, above]
 
 
 def _draw_legend(page: HazardPage, raster: Raster, few: bool) -> Legend:
