@@ -20,8 +20,9 @@ from std_msgs.msg import Bool
 
 from rpf3d_core.errors import InputError
 from rpf3d_ros.alerts.alarm_state import AlarmState, heard_alert
+from rpf3d_ros.interface.declared_parameters import declare
 from rpf3d_ros.interface.health_report import HealthReport
-from rpf3d_ros.interface.parameters import AlarmBridgeParameters, declare
+from rpf3d_ros.interface.parameters import AlarmBridgeParameters
 from rpf3d_ros.interface.qos import ALERTS, OVERRIDABLE
 from rpf3d_ros.messages.alert_reading import alerts_of
 from rpf3d_ros.messages.health import ERROR, OK

@@ -10,8 +10,9 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 
 from rpf3d_core.errors import InputError
+from rpf3d_ros.interface.declared_parameters import declare
 from rpf3d_ros.interface.health_report import HealthReport
-from rpf3d_ros.interface.parameters import RecorderParameters, declare
+from rpf3d_ros.interface.parameters import RecorderParameters
 from rpf3d_ros.interface.qos import OVERRIDABLE, recorded_qos
 from rpf3d_ros.interface.recorded_topics import topics_with
 from rpf3d_ros.interface.tf_buffer import TfTransforms

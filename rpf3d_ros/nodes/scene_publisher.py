@@ -8,8 +8,9 @@ from shape_msgs.msg import Mesh
 from std_msgs.msg import Header
 
 from rpf3d_core.errors import InputError
+from rpf3d_ros.interface.declared_parameters import declare
 from rpf3d_ros.interface.health_report import HealthReport
-from rpf3d_ros.interface.parameters import ScenePublisherParameters, declare
+from rpf3d_ros.interface.parameters import ScenePublisherParameters
 from rpf3d_ros.interface.qos import EVENTS, LATCHED, OVERRIDABLE
 from rpf3d_ros.messages.health import OK
 from rpf3d_ros.messages.scene_content import SceneContent, scene_content

@@ -18,8 +18,9 @@ from rpf3d_ros.engine.outlets import Outlets
 from rpf3d_ros.engine.station import Station
 from rpf3d_ros.interface.alert_publishers import AlertPublishers
 from rpf3d_ros.interface.answer_publishers import AnswerPublishers
+from rpf3d_ros.interface.declared_parameters import ParameterLock, declare, values_of
 from rpf3d_ros.interface.health_report import HealthReport
-from rpf3d_ros.interface.parameters import ParameterLock, SimulatorParameters, declare, values_of
+from rpf3d_ros.interface.parameters import SimulatorParameters
 from rpf3d_ros.interface.recorded_topics import check_full_names
 from rpf3d_ros.interface.scene_parameters import SceneParameters
 from rpf3d_ros.interface.tf_buffer import TfTransforms

@@ -11,13 +11,8 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from rpf3d_core.errors import InputError
-from rpf3d_ros.interface.parameters import (
-    RecorderParameters,
-    ScenePublisherParameters,
-    SimulatorParameters,
-    declare,
-    descriptor,
-)
+from rpf3d_ros.interface.declared_parameters import declare, descriptor
+from rpf3d_ros.interface.parameters import RecorderParameters, ScenePublisherParameters, SimulatorParameters
 from rpf3d_ros.interface.recorded_topics import RecordedSensors
 
 KINDS = [SimulatorParameters, RecorderParameters, ScenePublisherParameters]

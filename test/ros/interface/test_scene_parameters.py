@@ -12,7 +12,8 @@ from rclpy.parameter import Parameter
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.live.scene import live_parameters, live_scene
-from rpf3d_ros.interface.parameters import ParameterLock, SimulatorParameters, declare, values_of
+from rpf3d_ros.interface.declared_parameters import ParameterLock, declare, values_of
+from rpf3d_ros.interface.parameters import SimulatorParameters
 from rpf3d_ros.interface.scene_parameters import SceneParameters, descriptor_of
 
 

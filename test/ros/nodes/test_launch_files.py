@@ -12,8 +12,8 @@ import yaml
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from rpf3d_core.live.scene import SCENE, live_parameters
+from rpf3d_ros.interface.declared_parameters import SHARED
 from rpf3d_ros.interface.parameters import (
-    SHARED,
     FrameParameters,
     RecorderParameters,
     ScenePublisherParameters,
