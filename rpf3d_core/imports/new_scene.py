@@ -28,7 +28,8 @@ from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import read_scene, scene_of_values
 from rpf3d_core.setup.split_zones import words_on_joined, words_on_merged, words_on_parts
 from rpf3d_core.setup.terrain import read_terrain
-from rpf3d_core.setup.warnings.wrong_coordinates import is_misread, placing_notes
+from rpf3d_core.setup.warnings.terrain_coordinates import is_misread
+from rpf3d_core.setup.warnings.wrong_coordinates import placing_notes
 from rpf3d_core.terrain.facets import Terrain, area_vectors
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.mesh.edges import edges_of

@@ -26,10 +26,11 @@ from rpf3d_core.setup.prepared import Prepared, check_engine, prepare, read_comp
 from rpf3d_core.setup.terrain import read_terrain
 from rpf3d_core.setup.warnings.extents import TERRAIN, Extent, input_extents, other_extents
 from rpf3d_core.setup.warnings.hanging_rims import hanging_rims
+from rpf3d_core.setup.warnings.misplaced_inputs import refuse_other_systems
 from rpf3d_core.setup.warnings.placement import looked_at, placement_warnings, rocks_of_sources
 from rpf3d_core.setup.warnings.source_heights import SourceHeight
 from rpf3d_core.setup.warnings.suspicious_settings import warnings_of_speed
-from rpf3d_core.setup.warnings.wrong_coordinates import placing_hints, placing_notes, refuse_other_systems
+from rpf3d_core.setup.warnings.wrong_coordinates import placing_hints, placing_notes
 from rpf3d_core.simulation.engines import Reference
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.mesh.faults import FaultReport

@@ -43,7 +43,8 @@ from rpf3d_core.setup.sources import read_source_files, scene_sources
 from rpf3d_core.setup.terrain import read_terrain
 from rpf3d_core.setup.warnings.doubts import doubts_of
 from rpf3d_core.setup.warnings.extents import other_extents
-from rpf3d_core.setup.warnings.wrong_coordinates import placing_notes, refuse_other_systems
+from rpf3d_core.setup.warnings.misplaced_inputs import refuse_other_systems
+from rpf3d_core.setup.warnings.wrong_coordinates import placing_notes
 from rpf3d_core.simulation.capped import engine_over
 from rpf3d_core.simulation.engines import Compiled, Engine, spins_of, stepping
 from rpf3d_core.simulation.settings import Settings
