@@ -51,7 +51,7 @@ from rpf3d_core.simulation.sustained import (
     obstacle_on,
     on_piece,
 )
-from rpf3d_core.terrain.facet_geometry import NEAR, PARALLEL, REACH, contains, corner, stored_normal
+from rpf3d_core.terrain.facet_geometry import NEAR, REACH, contains, corner, stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, ZERO, Motion, Vec
 from rpf3d_core.vectors import add, dot, norm, scale, subtract, without
@@ -61,17 +61,22 @@ BENDS = 1e-4
 
 The next segment then continues the same slide. A shorter segment counts as a contact.
 """
-ONE_PLANE = 1.0 - 0.5 * PARALLEL * PARALLEL
-"""Least cosine of the angle between two facets that count as one plane (PARALLEL)."""
+ALIKE = 1.0 - 0.5e-6
+"""Least cosine of the angle between two contacts whose kink is slight: 1e-3 rad.
+
+A sphere that is pulled into the second contact loses at most a thousandth of its acceleration, until the end of one
+segment. At a larger kink, the search for the contacts that carry a sphere finds both.
+"""
 SAME = math.cos(2.0 * CURVE)
 """Least cosine of the angle between the normals at both ends of a segment on one and the same ground.
 
 If the angle is larger, the normal at the end is that of other ground near the sphere, and is not used.
 """
-VANISHED = 1e-30
+VANISHED = 1e-9
 """Speed (m/s) up to which a sphere on the ground counts as at rest.
 
-In corners a speed may decay without end, but `quartic.first_fall` misses contacts after times as short as 1e-40 s.
+Where a sphere turns back, or in a corner, rounding leaves a speed of about 1e-12 m/s in any direction. Taken as a
+motion, it would decide which contacts the sphere leaves.
 """
 
 
@@ -218,14 +223,14 @@ class SegmentAhead(NamedTuple):
 def _ahead(physics: Physics, locator: Swept, lying: Lying, piece: RollingSegment, t: float) -> SegmentAhead:
     """Return the next ground segment of a sphere, of at most t (s), and the first contact with other ground on it.
 
-    A sphere may lie where facets form a valley, or the corner of several facets, of less than PARALLEL: they count as
-    one plane, but gravity or friction along one of them pulls the sphere slightly into another. The sphere then moves
-    along the other facet, away from the facet that carries it. A share of less than PARALLEL of its acceleration is
-    lost, until the end of this segment. At most TRIES facets are tried.
+    Gravity, or friction, along the facet that carries the sphere may pull the sphere into another facet that continues
+    this facet with a slight kink (ALIKE). The search for the contacts that carry a sphere does not find such a facet if
+    the sphere moves onto it. The acceleration then loses its component into the other facet, until the end of this
+    segment, so the sphere moves along the other facet. This is repeated for at most TRIES facets.
 
     lying : the sphere at the start; piece : the ground segment as planned
     """
-    facets, a, least = physics.facets, piece.a, GRAZING * norm(piece.v)
+    facets, a, grazing = physics.facets, piece.a, GRAZING * norm(piece.v)
     tries = 0
     while True:  # a loop, so that the search is compiled once
         course = Course(x=lying.motion.x, v=piece.v, a=a, radius=locator.radius, gravity=physics.settings.gravity)
@@ -233,10 +238,19 @@ def _ahead(physics: Physics, locator: Swept, lying: Lying, piece: RollingSegment
         low, high = box_of(course, 0.0, span.t, REACH * facets.tolerance)
         quest = SphereSweep(course=course, end=span.t, before=span.t)
         touch = scan(locator.locator, facets, low, high, quest, NO_TOUCH)
-        pulled = touch.t == 0.0 and touch.face and touch.approach <= least and dot(lying.n, touch.n) >= ONE_PLANE
+        pulled = touch.t == 0.0 and touch.approach <= grazing and _continues(lying.held, touch.n)
         if tries == TRIES or not pulled:
             return SegmentAhead(course=course, span=span, touch=touch)
         a, tries = without(a, touch.n), tries + 1
+
+
+@kernel
+def _continues(held: Held, n: Vec) -> bool:
+    """Return True if ground with the unit normal n (3,) continues a contact that carries a sphere, with a slight kink.
+
+    held : the contacts that carry the sphere
+    """
+    return dot(held.first.n, n) >= ALIKE or (held.contacts == 2 and dot(held.second.n, n) >= ALIKE)
 
 
 @kernel

@@ -78,8 +78,9 @@ def _lowered(facets: Facets, contact: Touch, x: Vec, radius: float) -> Vec:
 def strike(physics: Physics, state: State, contact: Touch, rock: RockContext, record: Record) -> State:
     """Return the state of a sphere after an impact: in flight, or on the ground if the next bounce would be small.
 
-    The next bounce is small if it would rise by less than smallest_bounce. If R_n is 1, bounces never become smaller;
-    then only a bounce below the contact tolerance is small, because the search for contacts does not resolve it.
+    The next bounce is small if it would rise by less than smallest_bounce. If R_n is 1, bounces never become smaller,
+    so they go on. But a bounce of less than NEAR contact tolerances always ends, because rounding alone may cause it: a
+    sphere falls onto an edge by RIM tolerances more than onto a facet.
 
     If an effect breaks the sphere, the outcome of the state is FRAGMENTED. The impact is recorded.
 
@@ -101,7 +102,9 @@ def strike(physics: Physics, state: State, contact: Touch, rock: RockContext, re
     if breaks(physics.effects, state.motion, after, n, rock_now):
         return ended(bounced, FRAGMENTED)
     surface = ground_of(physics, contact.facet, rock, bounced)
-    height = physics.settings.smallest_bounce if surface.R_n < 1.0 else physics.facets.tolerance
+    height = NEAR * physics.facets.tolerance
+    if surface.R_n < 1.0:
+        height = max(height, physics.settings.smallest_bounce)
     if _rises_less(physics.settings.gravity * n[2], dot(after.v, n), height):
         return lie(bounced, contact.facet, Motion(t=after.t, x=after.x, v=along(after.v, n), w=after.w))
     return bounced

@@ -4,6 +4,7 @@ If the heights of a plane have noise of 1e-10 to 1e-3 m, the angles between its 
 or shift in float64 has this effect. The tests compute the height above the plane from the plane's equation alone.
 """
 
+import itertools
 import math
 
 import numpy as np
@@ -18,6 +19,8 @@ from rpf3d_core.values import Outcome
 RADIUS, FALL, STEEP = 0.5, 0.6, 200.0
 """Radius (m) of the spheres; falls (m/m) of the slope and of the wall, which are 31 and 89.7 degrees."""
 GROUND = Surface(0.3, 0.8, 0.6, 0.05, 0.05)
+NOISES = (0.0, 1e-9, 1e-8, 1e-7, 1e-6)
+"""Heights of noise (m), by which the vertices of a plane move up or down."""
 
 
 def released(random: np.random.Generator, count: int, fall: float = FALL) -> tuple[np.ndarray, np.ndarray]:
@@ -106,23 +109,47 @@ def test_a_sphere_at_rest_on_a_vertex_slides_down_without_friction(engine):
     assert flights.deposits.outcome[0] == Outcome.LEFT_TERRAIN
 
 
-@pytest.mark.parametrize("noise", [1e-9, 1e-8, 1e-7, 1e-6])
-@pytest.mark.parametrize("elastic", [0.0, 1.0])
-def test_spheres_released_in_motion_on_a_seam_leave_it(noise, elastic):
-    """Each sphere moves along one facet, and lies on the border of this facet; friction pulls it into other facets."""
+@pytest.mark.parametrize("mu", [0.5, 5.0])
+@pytest.mark.parametrize("R_n, noise", [(0.0, 1e-5), *itertools.product([0.0, 1.0], NOISES)])
+def test_spheres_released_in_motion_on_a_seam_leave_it(R_n, noise, mu):
+    """Each sphere moves along one facet, from a vertex or an edge of it, so other facets touch the sphere, too."""
     random, count = np.random.default_rng(int(1e12 * noise) + 13), 300
     terrain = rough_grid(20, 60.0, FALL, noise)
     corners = terrain.vertices[terrain.triangles]
-    middle = np.flatnonzero((corners[:, :, :2].min(axis=1) > 5.0).all(axis=1) & (corners[:, :, 0].max(axis=1) < 30.0))
-    corner = corners[random.choice(middle, count)]
-    share = random.choice([0.0, 0.5, random.uniform()], count)[:, None]
+    plan = corners[:, :, :2].reshape(len(corners), 6)
+    corner = corners[random.choice(np.flatnonzero((plan.min(axis=1) > 15.0) & (plan.max(axis=1) < 45.0)), count)]
+    first = random.integers(0, 3, count)
+    begin, end = corner[np.arange(count), first], corner[np.arange(count), (first + 1) % 3]
     n = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     n /= np.linalg.norm(n, axis=1)[:, None]
     radius = random.uniform(0.1, 2.0, count)
-    x = corner[:, 0] + share * (corner[:, 1] - corner[:, 0]) + radius[:, None] * n
+    share = np.where(random.random(count) < 0.3, 0.0, random.random(count))[:, None]
+    x = begin + share * (end - begin) + radius[:, None] * n
     way = np.cross(random.normal(size=(count, 3)), n)
     v = way / np.linalg.norm(way, axis=1)[:, None] * 10.0 ** random.uniform(-2.0, 1.0, count)[:, None]
-    ground = GROUND._replace(R_n=elastic, mu=random.choice([0.5, 2.0, 5.0]), mu_r=0.02)
+    ground = GROUND._replace(R_n=R_n, mu=mu, mu_r=0.02)
     flights = roll(engine_over("compiled", terrain), spheres(ground, max_time=1.0, max_impacts=5000), radius, x, v)
-    assert not np.isin(flights.deposits.outcome, [Outcome.STOPPED, Outcome.UNRESOLVED_CONTACT]).any()
-    assert np.linalg.norm(flights.deposits.x - x, axis=1).min() > 1e-3
+    assert (flights.deposits.outcome == Outcome.MAX_TIME).all()
+    moved = flights.deposits.x - x
+    assert np.linalg.norm(moved, axis=1).min() > 0.05
+    across = (moved[:, 2] + FALL * moved[:, 0]) / math.hypot(1.0, FALL)
+    assert np.abs(across).max() < 2.0 * noise + 1e-7, "all spheres stay on the plane"
+
+
+@pytest.mark.parametrize("noise", NOISES)
+@pytest.mark.parametrize("dip", [0.05, 0.3])
+def test_spheres_released_in_motion_in_a_groove_move_on(noise, dip):
+    """The flanks of the groove consist of facets that are almost one plane; the spheres touch a seam of each flank."""
+    random, count, steep = np.random.default_rng(int(1e12 * noise) + 17), 300, 1.5
+    along, across = np.meshgrid(np.arange(0.0, 60.1, 3.0), np.arange(-9.0, 9.1, 3.0), indexing="ij")
+    heights = -dip * along + steep * np.abs(across) + noise * random.uniform(-1.0, 1.0, along.shape)
+    groove = terrain_of(np.stack([along, across, heights], -1).reshape(-1, 3), grid_triangles(*along.shape))
+    n = np.array([dip, -steep, 1.0]) / math.sqrt(dip * dip + steep * steep + 1.0)
+    radius = random.uniform(0.1, 2.0, count)
+    place = 3.0 * random.integers(4, 12, count) + radius * n[0]
+    x = np.column_stack([place, np.zeros(count), -dip * place + radius / n[2]])
+    speed = random.choice([-1.0, 1.0], count) * 10.0 ** random.uniform(-1.0, 1.0, count)
+    v = speed[:, None] * np.array([1.0, 0.0, -dip]) / math.hypot(1.0, dip)
+    ground = GROUND._replace(R_n=0.0, mu=2.0, mu_r=0.02)
+    flights = roll(engine_over("compiled", groove), spheres(ground, max_time=0.5, max_impacts=5000), radius, x, v)
+    assert np.isin(flights.deposits.outcome, [Outcome.MAX_TIME, Outcome.LEFT_TERRAIN]).all()
