@@ -6,6 +6,9 @@ or merely not part of this message. `evidence.scan_period_s` of the site file de
 - A number: a place counts as a source until its topic has not reported it for this time.
 - Absent: a place that its topic no longer reports is *unreported*. Unreported places are simulated like sources, but
   their answer can only be a fault (`unreported_evidence.py`).
+
+Several messages of a topic with the same stamp count as one message: a sensor may divide a scan into parts, which may
+overlap. So a part never replaces a place of another part.
 """
 
 from collections.abc import Collection, Mapping
@@ -24,7 +27,7 @@ MOST = 1000
 """Largest number of unreported places of a topic; of more places, the longest unreported places are forgotten."""
 
 MOST_IN_A_SCAN = 20_000
-"""Largest number of places of earlier messages of a topic that count as sources within the scan period."""
+"""Largest number of places of earlier messages of a topic that count as sources together with a new message."""
 
 KEPT_S = 3600.0
 """Time (s) for which harmless unreported places are kept, because later terrain or areas may make them dangerous."""
@@ -84,6 +87,14 @@ class Places:
         """Return the places that are farther than a distance (m) from each of `others`."""
         return self.only(~is_near(self.positions, others.positions, distance))
 
+    def not_in(self, others: "Places") -> "Places":
+        """Return the places that `others` do not have with equal position, velocity and diameter."""
+        known = set(map(bytes, others._rows()))
+        return self.only(np.array([bytes(row) not in known for row in self._rows()], dtype=bool))
+
+    def _rows(self) -> np.ndarray:
+        return np.column_stack([self.positions, self.velocities, self.diameters]) + 0.0  # -0.0 becomes 0.0
+
     def trigger(self, stamp_ns: int, topic: str) -> Trigger:
         """Return the places as a trigger; without diameters if none is known. stamp_ns : stamp of the trigger (ns)."""
         diameters = None if bool(np.isnan(self.diameters).all()) else self.diameters
@@ -97,7 +108,8 @@ NOWHERE = Places(np.empty((0, 3)), np.empty((0, 3)), np.empty(0), np.empty(0, dt
 class TopicPlaces(NamedTuple):
     """The places of a topic.
 
-    reported : places of the last message; with a scan period, also the places of earlier messages within this period
+    reported : places of the last message and of earlier messages with its stamp; with a scan period, also the places of
+        earlier messages within this period
     unreported : places that the topic no longer reports; always empty with a scan period
     stamp_ns : stamp of the last message (ns)
     is_due : True if the unreported places must be simulated again, because their last answer does not count
@@ -112,7 +124,8 @@ class TopicPlaces(NamedTuple):
 class Update(NamedTuple):
     """The result of `ReportedPlaces.received`: the sources and unreported places to simulate after a message.
 
-    trigger : the sources to simulate: of the message, and of earlier messages within the scan period
+    trigger : the sources to simulate: of the message, of earlier messages with the same stamp, and of earlier messages
+        within the scan period
     unreported : unreported places to simulate; None if they are the same as before, or if there are none
     first_ns, last_ns : earliest and latest time (ns) at which one of the unreported places was last reported; 0 if not
         known
@@ -161,15 +174,9 @@ class ReportedPlaces:
 
     def _of_scan(self, trigger: Trigger, period_ns: int, now_s: float) -> Update:
         new, known = places_of(trigger, now_s), self._topics.get(trigger.topic, TopicPlaces()).reported
-        if period_ns:
-            kept = known.younger_than(period_ns, trigger.stamp_ns, now_s)
-        else:  # of a message of the same stamp
-            kept = known.only(known.at_ns == trigger.stamp_ns)
-        kept = kept.far_from(new, self._distance)
-        too_many = ""
-        if len(kept) > MOST_IN_A_SCAN:
-            too_many = f"more than {MOST_IN_A_SCAN:,} places"
-            kept = kept.only(slice(-MOST_IN_A_SCAN, None))
+        parts, before = _parts_and_before(known, new, trigger.stamp_ns)
+        before = before.younger_than(period_ns, trigger.stamp_ns, now_s) if period_ns else NOWHERE
+        kept, too_many = _at_most(before.far_from(new, self._distance).and_also(parts))
         every = kept.and_also(new)
         self._note(trigger.topic, TopicPlaces(reported=every, stamp_ns=trigger.stamp_ns))
         whole = every.trigger(trigger.stamp_ns, trigger.topic) if len(kept) else trigger
@@ -182,14 +189,18 @@ class ReportedPlaces:
                 return Update(trigger)
             self._note(topic, TopicPlaces(stamp_ns=stamp_ns))
             return Update(trigger, is_ended=bool(len(known.unreported)), is_nothing=True)
-        before, gone = known.unreported, known.reported.far_from(new, self._distance)
+        parts, reported_before = _parts_and_before(known.reported, new, stamp_ns)
+        parts, too_many = _at_most(parts)
+        if len(parts):
+            new = parts.and_also(new)
+            trigger = new.trigger(stamp_ns, topic)
+        before, gone = known.unreported, reported_before.far_from(new, self._distance)
         if not is_suspect:
             before = before.younger_than(ns_of(KEPT_S), stamp_ns, now_s)
         unreported = before.far_from(new, self._distance).far_from(gone, self._distance).and_also(gone)
         is_same = not len(gone) and len(unreported) == len(known.unreported) and not known.is_due
-        too_many = ""
         if len(unreported) > MOST:
-            too_many = f"more than {MOST:,} places" if is_suspect else ""
+            too_many = too_many or (f"more than {MOST:,} places" if is_suspect else "")
             unreported = unreported.only(slice(-MOST, None))
         self._note(topic, TopicPlaces(reported=new, unreported=unreported, stamp_ns=stamp_ns))
         if is_same or not len(unreported):
@@ -271,6 +282,24 @@ class ReportedPlaces:
                 self._note(topic, TopicPlaces(reported=places))
         lacking = saved.get("", ()) if self._period_ns is None else ()
         return list(self._topics), [topic for topic in lacking if topic in topics]
+
+
+def _parts_and_before(known: Places, new: Places, stamp_ns: int) -> tuple[Places, Places]:
+    """Return the places of earlier messages with the same stamp, and the places of messages from before.
+
+    The former have only places that the new message does not repeat exactly, as it does if it is sent twice.
+
+    known : the places of a topic so far; new : the places of its new message; stamp_ns : stamp of this message (ns)
+    """
+    is_part = known.at_ns == stamp_ns
+    return known.only(is_part).not_in(new), known.only(~is_part)
+
+
+def _at_most(places: Places) -> tuple[Places, str]:
+    """Return the last MOST_IN_A_SCAN places, and text that there are more places; "" if there are not more."""
+    if len(places) <= MOST_IN_A_SCAN:
+        return places, ""
+    return places.only(slice(-MOST_IN_A_SCAN, None)), f"more than {MOST_IN_A_SCAN:,} places"
 
 
 def places_of(trigger: Trigger, now_s: float) -> Places:
