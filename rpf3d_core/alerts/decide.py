@@ -187,7 +187,7 @@ def _why_void(
     if not acknowledgement.by.strip() or not acknowledgement.why.strip():
         return "it has no name or no reason"
     if not trusted:
-        return "the evidence has a fault or too few rocks; acknowledge again when this has ended"
+        return "the evidence has a fault, or too few rocks have flown yet; acknowledge again when this has ended"
     if acknowledgement.at_ns > now_ns:
         return "its time is in the future"
     if is_worse or acknowledgement.at_ns < previous.worse_ns:

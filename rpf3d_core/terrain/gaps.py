@@ -25,6 +25,7 @@ from rpf3d_core.terrain.mesh.border import left_over
 from rpf3d_core.terrain.mesh.components import components
 from rpf3d_core.terrain.outer_walls import outer_walls
 from rpf3d_core.terrain.steep_gaps import without_steep_rings
+from rpf3d_core.terrain.triangulation import triangles_of
 from rpf3d_core.values import Outcome
 
 HOLE, BAY = int(Outcome.LOST_TO_HOLE), int(Outcome.LEFT_TERRAIN)
@@ -149,18 +150,12 @@ def _inner_points(faces: NDArray[np.object_]) -> FloatArray:
 
     faces : (G,) regions, as polygons of shapely
     """
-    parts, face = shapely.get_parts([_triangles_of(face) for face in faces], return_index=True)
+    triangles = [triangles_of(face) for face in faces]
+    filled = [found if len(found.geoms) else shapely.point_on_surface(faces[k]) for k, found in enumerate(triangles)]
+    parts, face = shapely.get_parts(filled, return_index=True)
     order = np.lexsort((-shapely.area(parts), face))
     largest = order[np.unique(face[order], return_index=True)[1]]
     return np.asarray(shapely.get_coordinates(shapely.centroid(parts[largest])))
-
-
-def _triangles_of(face: shapely.Polygon) -> shapely.Geometry:
-    """Return the triangles that fill a region; if the triangulation fails by rounding, return a point of the region."""
-    try:
-        return shapely.constrained_delaunay_triangles(face)
-    except shapely.errors.GEOSException:
-        return shapely.point_on_surface(face)
 
 
 def _winding(outline: Outline, points: FloatArray) -> Ids:
@@ -235,7 +230,7 @@ def _triangles(faces: NDArray[np.object_], outline: Outline, crack: float) -> tu
 
     faces : (G,) gaps, as polygons of shapely; crack : largest width (m) of a crack
     """
-    parts, face = shapely.get_parts(shapely.constrained_delaunay_triangles(faces), return_index=True)
+    parts, face = shapely.get_parts([triangles_of(face) for face in faces], return_index=True)
     plan = shapely.get_coordinates(shapely.orient_polygons(parts)).reshape(-1, 4, 2)[:, :3].reshape(-1, 2)
     place = _places_at(outline, plan)
     height = outline.height[place]

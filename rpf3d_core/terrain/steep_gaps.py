@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.mesh.border import Corners
 from rpf3d_core.terrain.mesh.components import components
+from rpf3d_core.terrain.triangulation import triangles_of
 
 STEEP = 0.2
 """Vertical component of the unit normal (-) of a hole, without its sign, below which the hole is closed in its plane.
@@ -19,7 +20,7 @@ STEEP = 0.2
 The plane of such a hole is within 12 degrees of upright.
 """
 RATHER_STEEP = 0.7
-"""The same for a hole that faces up and at whose rim a facet overhangs, or whose rim crosses itself in plan.
+"""The same for a hole that faces up and at whose rim a facet is upright or overhangs.
 
 The plane of such a hole is steeper than 46 degrees.
 """
@@ -34,10 +35,11 @@ def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, F
     the hole that it closes.
 
     A ring of border sides is a hole if it runs clockwise, seen from the free side of the facets around the ring. A hole
-    is closed in its own plane if it is steep (`STEEP`, `RATHER_STEEP`). A ring around a component runs
+    is closed in its own plane if it is steep (`STEEP`, `RATHER_STEEP`), or if it faces up and its rim crosses itself in
+    plan: a hole over the toe of a face, for example, whose facets lean over at the rim. A ring around a component runs
     counter-clockwise, and its sides remain. Holes that touch at a vertex count as one ring with one plane, but each of
     them is closed for itself. If one of them crosses itself in this plane, the sides of all of them remain; the same
-    if a component lies in a hole that is only rather steep (`RATHER_STEEP`).
+    if a component lies in a hole that is not steep (`STEEP`).
 
     border : (B, 3, 3) m, begin and end of each side and third corner of its facet, from `border.border_of`
     crack : width (m) up to which a hole is a crack; the sides of a crack are removed, but the crack gets no triangles
@@ -46,8 +48,9 @@ def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, F
     areas, looks, overhangs = _sums(border, label)
     holes, size = np.einsum("ij,ij->i", areas, looks) < 0.0, np.linalg.norm(areas, axis=1)
     steep = np.abs(areas[:, 2]) < STEEP * size
-    rather = ~steep & (areas[:, 2] < 0.0) & (-areas[:, 2] < RATHER_STEEP * size)
-    rather &= overhangs | _crossing(border, label, holes & rather & ~overhangs)
+    up = ~steep & (areas[:, 2] < 0.0)
+    rather = up & overhangs & (-areas[:, 2] < RATHER_STEEP * size)
+    rather |= _crossing(border, label, holes & up & ~rather)
     sides_of = np.split(np.argsort(label, kind="stable"), np.cumsum(np.bincount(label))[:-1])
     caps, capped = [np.empty((0, 3, 3))], np.zeros(len(border), dtype=bool)
     others = border[~holes[label], 0]
@@ -154,7 +157,7 @@ def _triangles(ring: FloatArray, plane: FloatArray, crack: float, others: FloatA
         return None
     if _is_crack(face, crack):
         return np.empty((0, 3, 3))
-    parts = shapely.orient_polygons(shapely.get_parts(shapely.constrained_delaunay_triangles(face)))
+    parts = shapely.orient_polygons(shapely.get_parts(triangles_of(face)))
     number = {corner: k for k, corner in enumerate(map(tuple, flat.tolist()))}
     corners = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3].reshape(-1, 2)
     return np.asarray(ring[[number[corner] for corner in map(tuple, corners.tolist())]].reshape(-1, 3, 3))

@@ -21,7 +21,7 @@ VELOCITY_ANYWHERE = re.compile(
     "(?<!le)vel|speed|doppler|rangerate|geschwindigkeit|vitesse"  # a level is no velocity
 )
 VELOCITY_WHOLE = re.compile(
-    "v|v[xyzenudr]|v(?:east|north|up|down|radial)|[xyz]dot|linear[xyz]|v[xyz](?:ms1?|mps|k[mp]h|si)"
+    "v|v[xyzenudr]|d[xyz]|v(?:east|north|up|down|radial)|[xyz]dot|linear[xyz]|v[xyz](?:ms1?|mps|k[mp]h|si)"
 )
 """Patterns of field names for a velocity: for a part of a name, and for a whole name.
 
@@ -29,7 +29,7 @@ The names are compared in lower case, with letters and digits only.
 """
 SIZE_ANYWHERE = re.compile("size|diam|radius|volume|mass|weight|durchmesser")
 SIZE_WHOLE = re.compile(
-    "d|dm|dcm|dmm|dia|vol|deq|length|width|d(?:[0-9]{2,3}|max|mean)|(?:rock|block)(?:d|dia|vol)(?:m|cm|mm|m3)?"
+    "d|dm|dcm|dmm|dia|vol|deq|length|width|m3|kg|tons?|tonnes?|d(?:[0-9]{2,3}|max|mean)|(?:rock|block)(?:d|dia|vol)(?:m|cm|mm|m3)?"
 )
 """Patterns of field names for the size of a rock: for a part of a name, and for a whole name."""
 
@@ -39,15 +39,15 @@ def check_names(names: Collection[str]) -> None:
 
     In the names, only letters and digits are compared, without regard to case. A field that looks like a velocity is
     allowed if the cloud has a field `vx`, `vy` or `vz`. A field that looks like a size is allowed if the cloud has a
-    field `diameter`. A field `v` is allowed next to a field `u`: both are coordinates in an image. A field with a word
-    of UNCERTAINTY in its name is always allowed.
+    field `diameter`. A field `v` is allowed next to a field `u` without `w`: both are coordinates in an image. A field
+    with a word of UNCERTAINTY in its name is always allowed.
 
     names : names of the fields of the cloud
     """
     values = [name for name in names if UNCERTAINTY.isdisjoint(re.findall("[a-z]+", name.lower()))]
     plain = {name: re.sub("[^a-z0-9]", "", name.lower()) for name in values}
     if not any(name in VELOCITY for name in names):
-        pixel = "u" in plain.values()  # then `v` is a row of an image
+        pixel = "u" in plain.values() and "w" not in plain.values()  # then `v` is a row of an image
         for name in (
             name for name, word in plain.items()
             if _is_like(word, VELOCITY_ANYWHERE, VELOCITY_WHOLE) and not (pixel and word == "v")

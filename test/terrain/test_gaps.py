@@ -255,13 +255,61 @@ def test_a_crack_at_the_rim_of_an_upright_hole_does_not_open_the_hole(off):
     assert np.allclose(area_inside(caps, (4.5, 3.0), (1.5, 1.0)), (0.0, -6.0, 0.0))
 
 
-def test_a_face_that_cannot_be_cut_into_triangles_has_an_inner_point_all_the_same(monkeypatch):
-    def refuse(face):
-        raise shapely.errors.GEOSException("IllegalStateException: Unable to find a convex corner")
+def rough_toe(seed, dip, noise=0.15):
+    """Return a rough face of `dip` degrees, 10 m high, above a berm of 10 m, in squares of 1 m of two facets each.
 
-    faces = np.array([shapely.box(0, 0, 2, 1), shapely.box(5, 0, 6, 1)])
+    A square of the face and the next square of the berm are missing, for y from 5 to 6 m.
+    """
+    rng, rows = np.random.default_rng(seed), np.arange(11.0)
+    slope = np.radians(dip)
+    profile = np.concatenate([np.outer(rows, [np.cos(slope), -np.sin(slope)]), [[0.0, 0.0]] * 10])
+    profile[11:] = profile[10] + np.outer(rows[1:], [1.0, 0.0])
+    across = np.arange(12.0)
+    x, y = profile[:, :1] + 0.0 * across, across + 0.0 * profile[:, :1]
+    z = profile[:, 1:] + 0.0 * across
+    inner = (slice(1, -1), slice(1, -1))
+    for each in (x, z):
+        each[inner] += noise * rng.uniform(-1.0, 1.0, each[inner].shape)
+    there = np.ones((20, 11), bool)
+    there[9:11, 5] = False
+    return terrain_of(np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1), facets_where(there)[:, ::-1])
+
+
+@pytest.mark.parametrize("dip", [70, 80, 88])
+def test_a_hole_over_the_toe_of_a_rough_face_is_closed_up_to_its_whole_rim(dip):
+    """Some of these rims cross themselves in plan, because the rough face leans over at them."""
+    for seed in range(60):
+        terrain = rough_toe(seed, dip)
+        sides = border_of(terrain.vertices, terrain.triangles)[:, :2]
+        x, y, z = sides.transpose(2, 0, 1)
+        at_hole = (np.abs(y - 5.5).max(axis=1) < 1.0) & (z.max(axis=1) < -5.0) & (x.max(axis=1) < 8.0)
+        caps = caps_of(terrain).corners
+        closed = {frozenset(map(tuple, cap[[a, b]].tolist())) for cap in caps for a, b in ((0, 1), (1, 2), (2, 0))}
+        rim = {frozenset(map(tuple, side.tolist())) for side in sides[at_hole]}
+        assert len(rim) == 6 and rim <= closed
+
+
+def refuse(face):
+    raise shapely.errors.GEOSException("IllegalStateException: Unable to find a convex corner")
+
+
+def test_a_face_that_cannot_be_cut_into_triangles_has_an_inner_point_all_the_same(monkeypatch):
+    faces = np.array([shapely.box(0, 0, 2, 1), shapely.Polygon([(5, 0), (6, 0), (6, 1e-9)])])
     monkeypatch.setattr(shapely, "constrained_delaunay_triangles", refuse)
     assert shapely.contains_xy(faces, *gaps._inner_points(faces).T).all()
+    monkeypatch.setattr(gaps, "triangles_of", lambda face: shapely.GeometryCollection())
+    assert shapely.contains_xy(faces, *gaps._inner_points(faces).T).all()
+
+
+def test_holes_are_closed_where_regions_cannot_be_cut_into_triangles_that_keep_to_their_rims(monkeypatch):
+    there = np.ones((9, 9), bool)
+    there[3:5, 3:6] = there[5:7, 5] = False
+    terrain = surveyed(there, warp=0.2)
+    expected = plan_caps(caps_of(terrain))
+    monkeypatch.setattr(shapely, "constrained_delaunay_triangles", refuse)
+    found = plan_caps(caps_of(terrain))
+    places = RNG.uniform(0.0, 9.0, (2000, 2))
+    assert np.array_equal(covers(found[0], places), covers(expected[0], places)) and covers(found[0], places).any()
 
 
 def test_a_border_that_changes_is_that_of_the_new_mesh():

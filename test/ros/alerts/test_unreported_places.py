@@ -78,6 +78,27 @@ def test_with_a_period_of_0_each_message_has_all_places_but_a_message_of_the_sam
     assert rows(update.trigger) == [] and update.unreported is None
 
 
+@pytest.mark.parametrize("period_s", [0.0, 60.0, None])
+def test_a_part_of_a_scan_replaces_no_source_of_another_part(period_s):
+    """The second part has a source 1 m from a source of the first part, at rest instead of thrown."""
+    places, near = Steady(period_s, 2.0), (1.0, 0.0, 10.0)
+    thrown = trigger_of(np.array([A]), np.array([[9.0, 0.0, 0.0]]), None, NOW, RADAR)
+    places.received(thrown)
+    both = places.received(message(0, near))
+    assert rows(both.trigger) == [A, near] and both.trigger.velocities[0, 0] == 9.0 and both.unreported is None
+    assert rows(places.received(message(0, near)).trigger) == [A, near], "a message that is sent twice adds nothing"
+    later = places.received(message(1, near))
+    assert rows(later.trigger) == [near] and later.unreported is None, "a later scan replaces the earlier one"
+
+
+def test_without_a_scan_period_too_many_places_of_one_stamp_are_told(monkeypatch):
+    monkeypatch.setattr(unreported_places, "MOST_IN_A_SCAN", 1)
+    places = Steady(None, 2.0)
+    places.received(message(0, A, B))
+    update = places.received(message(0, C))
+    assert update.too_many == "more than 1 places" and rows(update.trigger) == [B, C]
+
+
 def test_a_clock_that_jumps_ahead_ends_no_place():
     places = Steady(60.0, 2.0)
     places.received(message(0, A))

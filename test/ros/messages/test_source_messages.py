@@ -195,7 +195,7 @@ def named(names):
         ("vel.x", "vel.y", "vel.z"), ("linear_velocity_x",), ("v_east", "v_north", "v_up"), ("speed [km/h]",),
         ("doppler_velocity",), ("v_radial",), ("v_r",), ("range_rate",), ("vel_e", "vel_n", "vel_u"), ("v_down",),
         ("velocity_m_per_s",), ("speed_abs",), ("linear.x", "linear.y", "linear.z"),
-        ("v",), ("vitesse",),
+        ("v",), ("vitesse",), ("dx", "dy", "dz"), ("v", "u", "w"),
     ],
 )  # fmt: skip
 def test_a_velocity_in_a_field_that_is_not_read_is_refused_because_the_rock_would_start_at_rest(names):
@@ -208,7 +208,7 @@ def test_a_velocity_in_a_field_that_is_not_read_is_refused_because_the_rock_woul
     "name",
     ["size", "Diameter", "diameter_m", "diameter_mm", "DIAMETER", "radius", "d50", "mass", "Mass_kg", "rock_size",
      "block_volume_m3", "weight", "diam", "size_x", "length", "diameter_max", "est_diameter", "d_eq", "d100", "volume",
-     "d_m", "d_mm"],
+     "d_m", "d_mm", "m3", "tonnes", "kg"],
 )  # fmt: skip
 def test_a_size_in_a_field_that_is_not_read_is_refused_because_the_rock_would_have_another_size(name):
     with pytest.raises(MessageRefused, match=f"field '{name}' looks like the size of a rock.*the field 'diameter'"):
@@ -219,7 +219,7 @@ def test_a_size_in_a_field_that_is_not_read_is_refused_because_the_rock_would_ha
 def test_other_fields_of_a_cloud_are_ignored():
     names = (
         "intensity", "rgb", "rgba", "ring", "t", "time", "timestamp", "id", "confidence", "range", "azimuth",
-        "elevation", "normal_x", "nx", "curvature", "label", "reflectivity", "u", "v", "w", "vx_std", "speed_std",
+        "elevation", "normal_x", "nx", "curvature", "label", "reflectivity", "u", "v", "vx_std", "speed_std",
         "size_accuracy", "level", "temperature", "track_id", "cluster",
     )  # fmt: skip
     sources = sources_of_cloud(named(names), MAP)
