@@ -36,9 +36,11 @@ class Neighbour:
     """
 
     def __init__(self, stack: Stack, clock: SimulatedClock, world: World, ledger: Ledger) -> None:
-        """Start the simulator, and publish the terrain; ledger : receives counts and failures.
+        """Start the simulator, and publish the terrain as soon as the clock of the simulator runs.
 
-        Raises TimeoutError if the simulator does not subscribe.
+        A terrain that arrives before this has no time, and is a fault until it is published again.
+
+        ledger : receives counts and failures. Raises TimeoutError if the simulator does not subscribe or decide.
         """
         if world.demands[HARMLESS] != Level.NORMAL:
             raise ValueError(f"rocks from {HARMLESS} are not harmless: {world.demands[HARMLESS].word}")
@@ -52,6 +54,8 @@ class Neighbour:
         self._stand_in.subscribe("alerts", self._note_alert)
         if not self._stand_in.wait_for_subscribers(STARTED, alive=lambda: stack.alive(PROCESS)):
             raise TimeoutError(f"the simulator of the neighbour does not listen\n{stack.tails()}")
+        if not self._stand_in.wait(lambda: self.level is not None, STARTED):  # an alert shows that the clock runs
+            raise TimeoutError(f"the simulator of the neighbour makes no decision\n{stack.tails()}")
         self._stand_in.publish("terrain/mesh", world.content.mesh)
 
     def live(self, now: float) -> None:
