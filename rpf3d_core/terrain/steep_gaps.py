@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.mesh.border import Corners
 from rpf3d_core.terrain.mesh.components import components
-from rpf3d_core.terrain.triangulation import triangles_of
+from rpf3d_core.terrain.triangulation import fills, triangles_of
 
 STEEP = 0.2
 """Vertical component of the unit normal (-) of a hole, without its sign, below which the hole is closed in its plane.
@@ -39,7 +39,7 @@ def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, F
     plan: a hole over the toe of a face, for example, whose facets lean over at the rim. A ring around a component runs
     counter-clockwise, and its sides remain. Holes that touch at a vertex count as one ring with one plane, but each of
     them is closed for itself. If one of them crosses itself in this plane, the sides of all of them remain; the same
-    if a component lies in a hole that is not steep (`STEEP`).
+    if a component lies in, below or above a hole that is not steep (`STEEP`).
 
     border : (B, 3, 3) m, begin and end of each side and third corner of its facet, from `border.border_of`
     crack : width (m) up to which a hole is a crack; the sides of a crack are removed, but the crack gets no triangles
@@ -57,9 +57,10 @@ def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, F
     for hole in np.flatnonzero(holes & (steep | rather)).tolist():
         inside = others if rather[hole] else others[:0]
         closed = _closed(border[sides_of[hole], :2], -areas[hole], crack, inside)
-        if closed is not None:
-            caps.extend(closed)
-            capped[sides_of[hole]] = True
+        if closed is None or (rather[hole] and _has_ground_below(np.concatenate(closed), border[label != hole, :2])):
+            continue
+        caps.extend(closed)
+        capped[sides_of[hole]] = True
     number = np.repeat(np.arange(len(caps)), [len(cap) for cap in caps])
     return border[~capped], np.concatenate(caps), number
 
@@ -122,6 +123,26 @@ def _closed(sides: FloatArray, towards: FloatArray, crack: float, others: FloatA
     return closed
 
 
+def _has_ground_below(triangles: FloatArray, sides: FloatArray) -> bool:
+    """Return True if separate ground lies below, or above, the middle of one of the triangles (T, 3, 3) m of a hole.
+
+    This is the case if the border sides (B, 2, 3) m without the rim of the hole run around the middle more than once,
+    counter-clockwise in plan: the number of sides that cross a ray to the east northwards, minus those that cross it
+    southwards.
+    """
+    places = triangles[:, :, :2].mean(axis=1)
+    (west, south), north = places.min(axis=0), places[:, 1].max()
+    ends = sides[:, :, :2]
+    level = (ends[:, :, 1].min(axis=1) <= north) & (ends[:, :, 1].max(axis=1) >= south)
+    (ax, ay), (bx, by) = ends[level & (ends[:, :, 0].max(axis=1) >= west)].transpose(1, 2, 0)
+    for x, y in places.tolist():
+        left = (bx - ax) * (y - ay) - (x - ax) * (by - ay)  # above 0 where the point lies to the left of the side
+        up, down = (ay <= y) & (by > y) & (left > 0.0), (by <= y) & (ay > y) & (left < 0.0)
+        if np.count_nonzero(up) - np.count_nonzero(down) > 1:
+            return True
+    return False
+
+
 def _crossing(border: FloatArray, label: Corners, asked: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return flags (R,), True for rings that cross themselves in plan; always False for rings that are not asked for.
 
@@ -139,8 +160,8 @@ def _crossing(border: FloatArray, label: Corners, asked: NDArray[np.bool_]) -> N
 def _triangles(ring: FloatArray, plane: FloatArray, crack: float, others: FloatArray) -> FloatArray | None:
     """Return the triangles (T, 3, 3) m inside a ring of corners (N, 3) m; none (T = 0) if the hole is only a crack.
 
-    Return None if the ring crosses itself in the plane, or if a corner of a component lies in it. The ring may touch
-    itself at vertices, around ground inside the hole.
+    Return None if the ring crosses itself in the plane, if a corner of a component lies in it, or if triangles between
+    its corners do not fill it. The ring may touch itself at vertices, around ground inside the hole.
 
     plane : (3, 2), unit vectors of the plane, the second one counter-clockwise from the first one, seen from the free
         side; crack : m; others : (P, 3) m, corners of components near the hole
@@ -159,8 +180,10 @@ def _triangles(ring: FloatArray, plane: FloatArray, crack: float, others: FloatA
         return np.empty((0, 3, 3))
     parts = shapely.orient_polygons(shapely.get_parts(triangles_of(face)))
     number = {corner: k for k, corner in enumerate(map(tuple, flat.tolist()))}
-    corners = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3].reshape(-1, 2)
-    return np.asarray(ring[[number[corner] for corner in map(tuple, corners.tolist())]].reshape(-1, 3, 3))
+    corners = list(map(tuple, shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3].reshape(-1, 2).tolist()))
+    if not fills(parts, face) or not number.keys() >= set(corners):
+        return None
+    return np.asarray(ring[[number[corner] for corner in corners]].reshape(-1, 3, 3))
 
 
 def _is_crack(face: shapely.Geometry, crack: float) -> bool:

@@ -12,7 +12,7 @@ from rpf3d_ros.alerts.first_scans import FirstScans
 from rpf3d_ros.alerts.source_topics import BY_HAND
 from rpf3d_ros.alerts.topic_votes import TopicVotes
 from rpf3d_ros.alerts.unreported_evidence import Place, UnreportedEvidence
-from rpf3d_ros.alerts.unreported_places import ReportedPlaces
+from rpf3d_ros.alerts.unreported_places import ReportedPlaces, Update
 
 CAUSE = "places: {}"
 """Name of the cause of a standing fault: the node had to forget places of a topic; the topic replaces the braces."""
@@ -28,6 +28,12 @@ FORGOTTEN_IN_A_SCAN = (
     "places, or correct this time in the site file; or look at the slope and acknowledge"
 )
 """As FORGOTTEN, for a site with a scan period."""
+
+FORGOTTEN_PARTS = (
+    "{} has reported {} in messages with one stamp, and the node has forgotten some of these places{}: report fewer "
+    "places, or let the stamp of each scan be later; then acknowledge"
+)
+"""As FORGOTTEN, for a scan in several messages."""
 
 FORGOTTEN_BEFORE = (
     "{} had reported more places before the start of the node than the node remembers: look at the slope and "
@@ -83,13 +89,13 @@ class PlaceChecks:
         is_suspect, is_due = topic in self._checks.suspects, self._checks.is_due(topic)
         update = self._places.received(trigger, now_s, is_suspect, is_due)
         if update.too_many:
-            self._forget(topic, update.too_many, trigger.stamp_ns, now_s)
+            self._forget(topic, update, trigger.stamp_ns, now_s)
         elif update.is_nothing or self._is_known_again(trigger, now_s):
             self._end_forgotten(topic)
         if len(trigger.positions):
-            self._checks.received(topic, trigger.stamp_ns)
+            self._checks.received(topic, update.trigger.stamp_ns)
         if update.is_ended:
-            self._checks.end(topic, trigger.stamp_ns)
+            self._checks.end(topic, update.trigger.stamp_ns)
             self._end(topic)
         if update.unreported is None:
             return [update.trigger]
@@ -174,11 +180,12 @@ class PlaceChecks:
         is_over = trigger.stamp_ns - known.at_ns > ns_of(self._period)
         return is_over and now_s - known.at_s > self._period
 
-    def _forget(self, topic: str, many: str, at_ns: int, at_s: float) -> None:
-        """Report that places of a topic were forgotten; many : how many places; at_ns, at_s : as in `Forgotten`."""
+    def _forget(self, topic: str, update: Update, at_ns: int, at_s: float) -> None:
+        """Report that places of a topic were forgotten; at_ns, at_s : as in `Forgotten`."""
         at = f", the last of them at {when(at_ns)}" if at_ns > 0 else ""
-        sentence = (FORGOTTEN if self._period is None else FORGOTTEN_IN_A_SCAN).format(topic, many, at)
-        self._report_forgotten(topic, sentence, at_ns, at_s)
+        sentence = FORGOTTEN if self._period is None else FORGOTTEN_IN_A_SCAN
+        sentence = FORGOTTEN_PARTS if update.are_parts else sentence
+        self._report_forgotten(topic, sentence.format(topic, update.too_many, at), at_ns, at_s)
 
     def _report_forgotten(self, topic: str, sentence: str, at_ns: int, at_s: float) -> None:
         self._forgotten = {**self._forgotten, topic: Forgotten(sentence=sentence, at_ns=at_ns, at_s=at_s)}

@@ -8,7 +8,8 @@ or merely not part of this message. `evidence.scan_period_s` of the site file de
   their answer can only be a fault (`unreported_evidence.py`).
 
 Several messages of a topic with the same stamp count as one message: a sensor may divide a scan into parts, which may
-overlap. So a part never replaces a place of another part.
+overlap. So a part never replaces a place of another part. The sources to simulate after a further part are those of all
+parts until then. Their stamp is one nanosecond later for each further part, so that each answer belongs to one of them.
 """
 
 from collections.abc import Collection, Mapping
@@ -89,6 +90,8 @@ class Places:
 
     def not_in(self, others: "Places") -> "Places":
         """Return the places that `others` do not have with equal position, velocity and diameter."""
+        if not len(self) or not len(others):
+            return self
         known = set(map(bytes, others._rows()))
         return self.only(np.array([bytes(row) not in known for row in self._rows()], dtype=bool))
 
@@ -111,14 +114,18 @@ class TopicPlaces(NamedTuple):
     reported : places of the last message and of earlier messages with its stamp; with a scan period, also the places of
         earlier messages within this period
     unreported : places that the topic no longer reports; always empty with a scan period
-    stamp_ns : stamp of the last message (ns)
+    stamp_ns : stamp of the last message (ns); parts : number of its further parts, with the same stamp
     is_due : True if the unreported places must be simulated again, because their last answer does not count
+    before_empty : all places before the last message, if this message has no places. If a further part has some, the
+        sensor has not reported that it sees no source
     """
 
     reported: Places = NOWHERE
     unreported: Places = NOWHERE
     stamp_ns: int = 0
+    parts: int = 0
     is_due: bool = False
+    before_empty: Places = NOWHERE
 
 
 class Update(NamedTuple):
@@ -133,6 +140,7 @@ class Update(NamedTuple):
     is_nothing : True if the message has no sources and a later stamp than the last message, so the topic sees no
         source at all; always False with a scan period
     too_many : text such as "more than 1,000 places" if places had to be forgotten that may be dangerous; "" otherwise
+    are_parts : True if these are places of several messages with one stamp
     """
 
     trigger: Trigger
@@ -142,6 +150,7 @@ class Update(NamedTuple):
     is_ended: bool = False
     is_nothing: bool = False
     too_many: str = ""
+    are_parts: bool = False
 
 
 class ReportedPlaces:
@@ -173,13 +182,13 @@ class ReportedPlaces:
         return self._compared(trigger, now_s, known._replace(is_due=known.is_due or is_due), is_suspect)
 
     def _of_scan(self, trigger: Trigger, period_ns: int, now_s: float) -> Update:
-        new, known = places_of(trigger, now_s), self._topics.get(trigger.topic, TopicPlaces()).reported
-        parts, before = _parts_and_before(known, new, trigger.stamp_ns)
+        new, known = places_of(trigger, now_s), self._topics.get(trigger.topic, TopicPlaces())
+        parts, before = _parts_and_before(known.reported, new, trigger.stamp_ns)
         before = before.younger_than(period_ns, trigger.stamp_ns, now_s) if period_ns else NOWHERE
         kept, too_many = _at_most(before.far_from(new, self._distance).and_also(parts))
-        every = kept.and_also(new)
-        self._note(trigger.topic, TopicPlaces(reported=every, stamp_ns=trigger.stamp_ns))
-        whole = every.trigger(trigger.stamp_ns, trigger.topic) if len(kept) else trigger
+        every, number = kept.and_also(new), _part_number(known, parts, trigger.stamp_ns)
+        self._note(trigger.topic, TopicPlaces(reported=every, stamp_ns=trigger.stamp_ns, parts=number))
+        whole = every.trigger(trigger.stamp_ns + number, trigger.topic) if len(kept) else trigger
         return Update(whole, too_many=too_many)
 
     def _compared(self, trigger: Trigger, now_s: float, known: TopicPlaces, is_suspect: bool) -> Update:
@@ -187,13 +196,18 @@ class ReportedPlaces:
         if not len(new):
             if stamp_ns <= known.stamp_ns:  # of two messages with one stamp, the message with sources counts
                 return Update(trigger)
-            self._note(topic, TopicPlaces(stamp_ns=stamp_ns))
+            before = known.reported.and_also(known.unreported)
+            self._note(topic, TopicPlaces(stamp_ns=stamp_ns, before_empty=before))
             return Update(trigger, is_ended=bool(len(known.unreported)), is_nothing=True)
+        if len(known.before_empty) and stamp_ns == known.stamp_ns:
+            known, is_suspect = known._replace(unreported=known.before_empty, is_due=True), True
         parts, reported_before = _parts_and_before(known.reported, new, stamp_ns)
+        number = _part_number(known, parts, stamp_ns)
         parts, too_many = _at_most(parts)
+        are_parts = bool(too_many)
         if len(parts):
             new = parts.and_also(new)
-            trigger = new.trigger(stamp_ns, topic)
+            trigger = new.trigger(stamp_ns + number, topic)
         before, gone = known.unreported, reported_before.far_from(new, self._distance)
         if not is_suspect:
             before = before.younger_than(ns_of(KEPT_S), stamp_ns, now_s)
@@ -202,13 +216,15 @@ class ReportedPlaces:
         if len(unreported) > MOST:
             too_many = too_many or (f"more than {MOST:,} places" if is_suspect else "")
             unreported = unreported.only(slice(-MOST, None))
-        self._note(topic, TopicPlaces(reported=new, unreported=unreported, stamp_ns=stamp_ns))
+        self._note(topic, TopicPlaces(reported=new, unreported=unreported, stamp_ns=stamp_ns, parts=number))
         if is_same or not len(unreported):
             is_ended = not is_same and bool(len(known.unreported))
-            return Update(trigger, is_ended=is_ended, too_many=too_many)
-        checked = replace(unreported.trigger(stamp_ns, topic), is_unreported=True)
+            return Update(trigger, is_ended=is_ended, too_many=too_many, are_parts=are_parts)
+        checked = replace(unreported.trigger(trigger.stamp_ns, topic), is_unreported=True)
         first_ns, last_ns = int(unreported.at_ns.min()), int(unreported.at_ns.max())
-        return Update(trigger, checked, first_ns=first_ns, last_ns=last_ns, too_many=too_many)
+        return Update(
+            trigger, checked, first_ns=first_ns, last_ns=last_ns, too_many=too_many, are_parts=are_parts,
+        )  # fmt: skip
 
     def _note(self, topic: str, places: TopicPlaces) -> None:
         self._topics = {**self._topics, topic: places}
@@ -291,8 +307,16 @@ def _parts_and_before(known: Places, new: Places, stamp_ns: int) -> tuple[Places
 
     known : the places of a topic so far; new : the places of its new message; stamp_ns : stamp of this message (ns)
     """
-    is_part = known.at_ns == stamp_ns
+    is_part = (known.at_ns == stamp_ns) & (stamp_ns > 0)  # places from before a restart have the stamp 0
     return known.only(is_part).not_in(new), known.only(~is_part)
+
+
+def _part_number(known: TopicPlaces, parts: Places, stamp_ns: int) -> int:
+    """Return the number of a message among the further messages with its stamp; 0 if there are no other parts.
+
+    known : the topic so far; parts : the places of earlier messages with the stamp; stamp_ns : stamp of the message
+    """
+    return known.parts + 1 if len(parts) and stamp_ns == known.stamp_ns else 0
 
 
 def _at_most(places: Places) -> tuple[Places, str]:

@@ -97,6 +97,10 @@ def test_without_a_scan_period_too_many_places_of_one_stamp_are_told(monkeypatch
     places.received(message(0, A, B))
     update = places.received(message(0, C))
     assert update.too_many == "more than 1 places" and rows(update.trigger) == [B, C]
+    one, _, told, _ = place_checks()
+    for place in (A, B, C):
+        one.submitted(message(1, place))
+    assert "has reported more than 1 places in messages with one stamp" in told[f"places: {RADAR}"]
 
 
 def test_a_clock_that_jumps_ahead_ends_no_place():
@@ -798,6 +802,42 @@ def test_places_of_which_the_message_is_not_answered_are_remembered_for_a_restar
     assert one.to_remember() == {"dangers": []}
     one.submitted(message(1, A, B))
     assert len(one.to_remember()["places"][RADAR]) == 2
+
+
+def test_places_of_a_part_that_is_not_answered_are_remembered_for_a_restart():
+    one, checks, _, _ = place_checks()
+    one.submitted(message(1, A))
+    checks.note_reported(RADAR, answered(1, HARMLESS))
+    (both,) = one.submitted(message(1, B))
+    assert len(one.to_remember()["places"][RADAR]) == 2 and one.to_remember()["dangers"] == [RADAR]
+    checks.note_reported(RADAR, answered(1, HARMLESS)._replace(trigger_stamp_ns=both.stamp_ns))
+    assert one.to_remember() == {"dangers": []}
+
+
+def test_the_fault_of_a_place_ends_only_when_the_part_that_reports_it_again_is_answered():
+    one, checks, _, _ = place_checks()
+    one.submitted(message(0, A, B))
+    checks.note_reported(RADAR, answered(0, DANGER))
+    one.submitted(message(1, A))
+    checks.note_reported(RADAR, answered(1, HARMLESS))
+    assert checks.faults()
+    (both,) = one.submitted(message(1, B))
+    assert rows(both) == [A, B] and checks.faults() and checks.suspects == (RADAR,)
+    checks.note_reported(RADAR, answered(1, HARMLESS)._replace(trigger_stamp_ns=both.stamp_ns))
+    assert not checks.faults()
+
+
+@pytest.mark.parametrize("parts", [((), (B,)), ((B,), ())])
+def test_an_empty_part_of_a_scan_does_not_end_the_places_of_the_scan_before(parts):
+    one, checks, _, _ = place_checks()
+    one.submitted(message(0, A, B))
+    checks.note_reported(RADAR, answered(0, DANGER))
+    for part in parts:
+        triggers = one.submitted(message(1, *part))
+        checks.note_reported(RADAR, answered(1, HARMLESS, sources=len(part)))
+        if part:
+            assert [rows(each) for each in triggers] == [[A], [B]]
+    assert checks.faults(), "the place is not reported any more, and its last answer was dangerous"
 
 
 def test_a_fault_of_forgotten_places_that_nobody_saw_is_not_acknowledged(monkeypatch):
