@@ -74,12 +74,14 @@ class PlaceChecks:
         self._checks, self._scans, self._report, self._end = checks, scans, report, end
         self._votes = TopicVotes(thresholds.acknowledge)
         self._forgotten: Mapping[str, Forgotten] = {}
+        self._put_aside: dict[str, Forgotten] = {}  # faults that the last message of a topic has ended, without sources
 
     def submitted(self, trigger: Trigger) -> list[Trigger]:
         """Store the places that a message of sources reports, and return the triggers to answer.
 
-        The result has one or two triggers: first the places that the topic no longer reports, if they must be
-        simulated, then the sources of the message. With a scan period, the last trigger also has the places of earlier
+        The result has up to two triggers: first the places that the topic no longer reports, if they must be
+        simulated, then the sources of the message. It has none for a message without sources that has the stamp of a
+        message with sources. With a scan period, the last trigger also has the places of earlier
         messages within the period. The call may begin or end faults of the topic.
 
         trigger : the sources of the message
@@ -88,10 +90,9 @@ class PlaceChecks:
         self._scans.received(topic, trigger.stamp_ns, now_s)
         is_suspect, is_due = topic in self._checks.suspects, self._checks.is_due(topic)
         update = self._places.received(trigger, now_s, is_suspect, is_due)
-        if update.too_many:
-            self._forget(topic, update, trigger.stamp_ns, now_s)
-        elif update.is_nothing or self._is_known_again(trigger, now_s):
-            self._end_forgotten(topic)
+        self._note_forgotten(update, trigger, now_s)
+        if update.trigger is None:
+            return []
         if len(trigger.positions):
             self._checks.received(topic, update.trigger.stamp_ns)
         if update.is_ended:
@@ -101,6 +102,23 @@ class PlaceChecks:
             return [update.trigger]
         self._checks.expect(update.unreported, update.first_ns, update.last_ns)
         return [update.unreported, update.trigger]
+
+    def _note_forgotten(self, update: Update, trigger: Trigger, now_s: float) -> None:
+        """Begin or end the fault of forgotten places after a message.
+
+        A message without sources ends the fault, unless a further message with its stamp has sources.
+
+        update : its result; trigger : the sources of the message; now_s : current time (s, steady clock)
+        """
+        topic, ended = trigger.topic, self._put_aside.pop(trigger.topic, None)
+        if update.too_many:
+            self._forget(topic, update, trigger.stamp_ns, now_s)
+        elif update.is_resumed and ended is not None:
+            self._report_forgotten(topic, ended.sentence, ended.at_ns, ended.at_s)
+        elif update.is_nothing or self._is_known_again(trigger, now_s):
+            if update.is_nothing and topic in self._forgotten:
+                self._put_aside[topic] = self._forgotten[topic]
+            self._end_forgotten(topic)
 
     def acknowledged(self, by: str, shown: Collection[str]) -> tuple[str, ...]:
         """Note an acknowledgement by a person; return the topics with a fault of their places that it ends.

@@ -192,7 +192,8 @@ class UnreportedEvidence:
         """
         with self._lock:
             one = self._of(trigger.topic)
-            one.where, one.oldest_ns, one.is_ended = _where(trigger, last_ns), first_ns, False
+            one.oldest_ns = min(one.oldest_ns, first_ns) if one.expected else first_ns
+            one.where, one.is_ended = _where(trigger, last_ns), False
             until_ns = self._now() + self._longest_ns
             one.expect(Expected(trigger.stamp_ns, trigger.digest, until_ns, self._longest))
             one.shown.pop(one.where, None)
@@ -283,7 +284,10 @@ class UnreportedEvidence:
         is_danger = may_reach_a_limit(evidence, self._thresholds) or not evidence.areas
         with self._lock:
             one = self._of(topic)
-            if is_danger or is_judged(evidence, self._thresholds) or not evidence.sources:
+            counts = is_danger or is_judged(evidence, self._thresholds)
+            if not evidence.sources:  # of two messages with one stamp, the message with sources counts
+                counts = evidence.trigger_stamp_ns > one.received_ns
+            if counts:
                 one.main_ns = max(one.main_ns, evidence.trigger_stamp_ns)
             if is_danger and evidence.sources:
                 one.danger_ns, one.has_danger = max(one.danger_ns, evidence.trigger_stamp_ns), True
@@ -291,8 +295,8 @@ class UnreportedEvidence:
                 one.has_danger = True
             one.settle()
             is_harmless = not (is_danger or evidence.faults) and is_judged(evidence, self._thresholds)
-            if not evidence.sources:  # of two messages with one stamp, the message with sources counts
-                is_harmless = evidence.trigger_stamp_ns > one.received_ns
+            if not evidence.sources:
+                is_harmless = counts
             is_newest = evidence.trigger_stamp_ns >= one.main_ns
             if is_harmless and is_whole and is_newest and not one.is_unsettled:
                 one.has_danger = False

@@ -9,7 +9,8 @@ or merely not part of this message. `evidence.scan_period_s` of the site file de
 
 Several messages of a topic with the same stamp count as one message: a sensor may divide a scan into parts, which may
 overlap. So a part never replaces a place of another part. The sources to simulate after a further part are those of all
-parts until then. Their stamp is one nanosecond later for each further part, so that each answer belongs to one of them.
+parts until then. Their stamp is one nanosecond later for each further message with the same stamp, so that each answer
+belongs to one message.
 """
 
 from collections.abc import Collection, Mapping
@@ -114,7 +115,7 @@ class TopicPlaces(NamedTuple):
     reported : places of the last message and of earlier messages with its stamp; with a scan period, also the places of
         earlier messages within this period
     unreported : places that the topic no longer reports; always empty with a scan period
-    stamp_ns : stamp of the last message (ns); parts : number of its further parts, with the same stamp
+    stamp_ns : stamp of the last message (ns); parts : number of further messages with this stamp
     is_due : True if the unreported places must be simulated again, because their last answer does not count
     before_empty : all places before the last message, if this message has no places. If a further part has some, the
         sensor has not reported that it sees no source
@@ -132,7 +133,7 @@ class Update(NamedTuple):
     """The result of `ReportedPlaces.received`: the sources and unreported places to simulate after a message.
 
     trigger : the sources to simulate: of the message, of earlier messages with the same stamp, and of earlier messages
-        within the scan period
+        within the scan period; None for a message without sources that has the stamp of a message with sources
     unreported : unreported places to simulate; None if they are the same as before, or if there are none
     first_ns, last_ns : earliest and latest time (ns) at which one of the unreported places was last reported; 0 if not
         known
@@ -141,9 +142,10 @@ class Update(NamedTuple):
         source at all; always False with a scan period
     too_many : text such as "more than 1,000 places" if places had to be forgotten that may be dangerous; "" otherwise
     are_parts : True if these are places of several messages with one stamp
+    is_resumed : True if the last message had no sources, but was only a part of a scan: its places count again
     """
 
-    trigger: Trigger
+    trigger: Trigger | None
     unreported: Trigger | None = None
     first_ns: int = 0
     last_ns: int = 0
@@ -151,6 +153,7 @@ class Update(NamedTuple):
     is_nothing: bool = False
     too_many: str = ""
     are_parts: bool = False
+    is_resumed: bool = False
 
 
 class ReportedPlaces:
@@ -186,26 +189,27 @@ class ReportedPlaces:
         parts, before = _parts_and_before(known.reported, new, trigger.stamp_ns)
         before = before.younger_than(period_ns, trigger.stamp_ns, now_s) if period_ns else NOWHERE
         kept, too_many = _at_most(before.far_from(new, self._distance).and_also(parts))
-        every, number = kept.and_also(new), _part_number(known, parts, trigger.stamp_ns)
+        every, number = kept.and_also(new), _part_number(known, trigger.stamp_ns)
         self._note(trigger.topic, TopicPlaces(reported=every, stamp_ns=trigger.stamp_ns, parts=number))
-        whole = every.trigger(trigger.stamp_ns + number, trigger.topic) if len(kept) else trigger
-        return Update(whole, too_many=too_many)
+        whole = every.trigger(trigger.stamp_ns + number, trigger.topic) if len(kept) or number else trigger
+        return Update(whole, too_many=too_many, are_parts=len(parts) > MOST_IN_A_SCAN)
 
     def _compared(self, trigger: Trigger, now_s: float, known: TopicPlaces, is_suspect: bool) -> Update:
         new, topic, stamp_ns = places_of(trigger, now_s), trigger.topic, trigger.stamp_ns
         if not len(new):
             if stamp_ns <= known.stamp_ns:  # of two messages with one stamp, the message with sources counts
-                return Update(trigger)
-            before = known.reported.and_also(known.unreported)
+                return Update(None if len(known.reported) else trigger)
+            before = known.unreported.and_also(known.reported)
             self._note(topic, TopicPlaces(stamp_ns=stamp_ns, before_empty=before))
             return Update(trigger, is_ended=bool(len(known.unreported)), is_nothing=True)
-        if len(known.before_empty) and stamp_ns == known.stamp_ns:
+        number = _part_number(known, stamp_ns)
+        is_resumed = bool(number and not len(known.reported))
+        if is_resumed and len(known.before_empty):
             known, is_suspect = known._replace(unreported=known.before_empty, is_due=True), True
         parts, reported_before = _parts_and_before(known.reported, new, stamp_ns)
-        number = _part_number(known, parts, stamp_ns)
         parts, too_many = _at_most(parts)
         are_parts = bool(too_many)
-        if len(parts):
+        if number:
             new = parts.and_also(new)
             trigger = new.trigger(stamp_ns + number, topic)
         before, gone = known.unreported, reported_before.far_from(new, self._distance)
@@ -219,11 +223,14 @@ class ReportedPlaces:
         self._note(topic, TopicPlaces(reported=new, unreported=unreported, stamp_ns=stamp_ns, parts=number))
         if is_same or not len(unreported):
             is_ended = not is_same and bool(len(known.unreported))
-            return Update(trigger, is_ended=is_ended, too_many=too_many, are_parts=are_parts)
-        checked = replace(unreported.trigger(trigger.stamp_ns, topic), is_unreported=True)
+            return Update(
+                trigger, is_ended=is_ended, too_many=too_many, are_parts=are_parts, is_resumed=is_resumed,
+            )  # fmt: skip
+        checked = replace(unreported.trigger(stamp_ns, topic), is_unreported=True)
         first_ns, last_ns = int(unreported.at_ns.min()), int(unreported.at_ns.max())
         return Update(
             trigger, checked, first_ns=first_ns, last_ns=last_ns, too_many=too_many, are_parts=are_parts,
+            is_resumed=is_resumed,
         )  # fmt: skip
 
     def _note(self, topic: str, places: TopicPlaces) -> None:
@@ -311,12 +318,12 @@ def _parts_and_before(known: Places, new: Places, stamp_ns: int) -> tuple[Places
     return known.only(is_part).not_in(new), known.only(~is_part)
 
 
-def _part_number(known: TopicPlaces, parts: Places, stamp_ns: int) -> int:
-    """Return the number of a message among the further messages with its stamp; 0 if there are no other parts.
+def _part_number(known: TopicPlaces, stamp_ns: int) -> int:
+    """Return the number of a message among the messages with its stamp; 0 for the first one.
 
-    known : the topic so far; parts : the places of earlier messages with the stamp; stamp_ns : stamp of the message
+    known : the topic so far; stamp_ns : stamp of the message (ns)
     """
-    return known.parts + 1 if len(parts) and stamp_ns == known.stamp_ns else 0
+    return known.parts + 1 if stamp_ns == known.stamp_ns and stamp_ns > 0 else 0
 
 
 def _at_most(places: Places) -> tuple[Places, str]:

@@ -834,10 +834,55 @@ def test_an_empty_part_of_a_scan_does_not_end_the_places_of_the_scan_before(part
     checks.note_reported(RADAR, answered(0, DANGER))
     for part in parts:
         triggers = one.submitted(message(1, *part))
-        checks.note_reported(RADAR, answered(1, HARMLESS, sources=len(part)))
         if part:
             assert [rows(each) for each in triggers] == [[A], [B]]
+        for each in triggers[-1:]:
+            is_answer = {"sources": len(part), "sources_digest": each.digest}
+            checks.note_reported(RADAR, answered(1, HARMLESS)._replace(trigger_stamp_ns=each.stamp_ns, **is_answer))
     assert checks.faults(), "the place is not reported any more, and its last answer was dangerous"
+
+
+@pytest.mark.parametrize("period_s", [0.0, 60.0, None])
+def test_each_message_of_a_scan_has_a_later_stamp_than_the_message_before(period_s):
+    """Also if a message repeats the sources of all parts before, or has no sources and comes first."""
+    for scan in ([(A,), (B,), (A, B, C)], [(A,), (A, B), (A, B, C)], [(A,), (A,), (B,)], [(), (A,), (B,)]):
+        places = Steady(period_s, 2.0)
+        stamps = [places.received(message(1, *part)).trigger.stamp_ns for part in scan]
+        assert stamps == sorted(set(stamps)) and stamps[0] == NOW + S
+
+
+def test_an_empty_message_with_the_stamp_of_sources_is_no_answer_to_them():
+    one, checks, _, _ = place_checks()
+    checks.note_reported(RADAR, answered(0, HARMLESS))
+    (sources,) = one.submitted(message(1, A))
+    assert one.submitted(message(1)) == [], "it is not simulated, and clears nothing"
+    checks.note_reported(RADAR, answered(1, sources=0))
+    assert checks.suspects == (RADAR,) and len(one.to_remember()["places"][RADAR]) == 1
+    checks.note_reported(RADAR, answered(1, HARMLESS, sources_digest=sources.digest))
+    assert checks.suspects == ()
+
+
+def test_an_empty_part_of_a_scan_ends_no_fault_of_forgotten_places(monkeypatch):
+    one, told = forgets(monkeypatch)
+    (cause,) = told
+    sentence = told[cause]
+    one.submitted(message(500))
+    assert told[cause] == ""
+    one.submitted(message(500, B))
+    assert told[cause] == sentence
+    one.submitted(message(501))
+    one.submitted(message(502, B))
+    assert told[cause] == "", "an empty message is a whole scan if no part follows"
+
+
+def test_until_the_first_of_several_expected_answers_arrives_the_oldest_danger_counts():
+    checks = Checked()
+    checks.note_reported(RADAR, answered(0, DANGER))
+    checks.expect_places(1, A, first=0, last=0)
+    checks.note_reported(RADAR, answered(1, HARMLESS))
+    assert checks.faults()
+    checks.expect_places(2, B, first=1, last=1)
+    assert checks.faults()
 
 
 def test_a_fault_of_forgotten_places_that_nobody_saw_is_not_acknowledged(monkeypatch):
