@@ -1,4 +1,4 @@
-"""The motion of a sphere's centre with constant acceleration, and the contacts of the sphere that a search finds."""
+"""How a sphere moves until its next contact, and the contact itself."""
 
 import math
 from typing import NamedTuple
@@ -9,7 +9,7 @@ from rpf3d_core.vectors import add, scale
 
 
 class Course(NamedTuple):
-    """The motion of a sphere's centre with constant acceleration, for the search for the sphere's contacts.
+    """A sphere whose centre moves with constant acceleration: what the search for its contacts needs.
 
     x, v, a : place (3,) m and velocity (3,) m/s at the start, and acceleration (3,) m/s^2
     radius : of the sphere (m); gravity : m/s^2, accelerations that are tiny relative to it count as rounding

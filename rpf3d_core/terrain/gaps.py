@@ -26,6 +26,7 @@ from rpf3d_core.terrain.mesh.components import components
 from rpf3d_core.terrain.outer_walls import outer_walls
 from rpf3d_core.terrain.steep_gaps import without_steep_rings
 from rpf3d_core.terrain.triangulation import triangles_of
+from rpf3d_core.terrain.winding import crossings
 from rpf3d_core.values import Outcome
 
 HOLE, BAY = int(Outcome.LOST_TO_HOLE), int(Outcome.LEFT_TERRAIN)
@@ -162,20 +163,14 @@ def _winding(outline: Outline, points: FloatArray) -> Ids:
     """Return the winding number (Q,) of the border around each point (Q, 2) m in plan; below 1 for no ground.
 
     The winding number is the number of upward facets at the point in plan, minus the number of downward facets. It is
-    found from the border sides that cross a ray from the point to the east: plus 1 for each side that crosses the ray
-    northwards, minus 1 for each side that crosses the ray southwards.
+    found from the border sides that cross a ray from the point to the east (`winding.crossings`).
     """
     sides = outline.places[outline.sides]
     far = sides[:, :, 0].max() + 1.0
     rays = shapely.box(points[:, 0], points[:, 1], far, points[:, 1])
     rays[points[:, 0] >= far] = None
     ray, side = shapely.STRtree(outline.lines).query(rays)
-    (ax, ay), (bx, by) = sides[side, 0].T, sides[side, 1].T
-    x, y = points[ray].T
-    up, down = (ay <= y) & (by > y), (by <= y) & (ay > y)
-    left = (bx - ax) * (y - ay) - (x - ax) * (by - ay)  # above 0 where the point lies to the left of the side
-    crossed = np.where(up & (left > 0.0), 1, 0) - np.where(down & (left < 0.0), 1, 0)
-    return np.bincount(ray, crossed, len(points)).astype(np.int64)
+    return np.bincount(ray, crossings(sides[side], points[ray]), len(points)).astype(np.int64)
 
 
 def _bays(faces: NDArray[np.object_], outline: Outline, crack: float) -> NDArray[np.bool_]:

@@ -13,6 +13,7 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.mesh.border import Corners
 from rpf3d_core.terrain.mesh.components import components
 from rpf3d_core.terrain.triangulation import fills, triangles_of
+from rpf3d_core.terrain.winding import crossings
 
 STEEP = 0.2
 """Vertical component of the unit normal (-) of a hole, without its sign, below which the hole is closed in its plane.
@@ -126,21 +127,15 @@ def _closed(sides: FloatArray, towards: FloatArray, crack: float, others: FloatA
 def _has_ground_below(triangles: FloatArray, sides: FloatArray) -> bool:
     """Return True if separate ground lies below, or above, the middle of one of the triangles (T, 3, 3) m of a hole.
 
-    This is the case if the border sides (B, 2, 3) m without the rim of the hole run around the middle more than once,
-    counter-clockwise in plan: the number of sides that cross a ray to the east northwards, minus those that cross it
-    southwards.
+    Without the rim of the hole, the border runs around the middle once in plan, or more often if there is such ground.
+
+    sides : (B, 2, 3) m, border sides without those of the hole
     """
-    places = triangles[:, :, :2].mean(axis=1)
+    places, ends = triangles[:, :, :2].mean(axis=1), sides[:, :, :2]
     (west, south), north = places.min(axis=0), places[:, 1].max()
-    ends = sides[:, :, :2]
-    level = (ends[:, :, 1].min(axis=1) <= north) & (ends[:, :, 1].max(axis=1) >= south)
-    (ax, ay), (bx, by) = ends[level & (ends[:, :, 0].max(axis=1) >= west)].transpose(1, 2, 0)
-    for x, y in places.tolist():
-        left = (bx - ax) * (y - ay) - (x - ax) * (by - ay)  # above 0 where the point lies to the left of the side
-        up, down = (ay <= y) & (by > y) & (left > 0.0), (by <= y) & (ay > y) & (left < 0.0)
-        if np.count_nonzero(up) - np.count_nonzero(down) > 1:
-            return True
-    return False
+    is_near = (ends[:, :, 1].min(axis=1) <= north) & (ends[:, :, 1].max(axis=1) >= south)
+    near = ends[is_near & (ends[:, :, 0].max(axis=1) >= west)]
+    return any(crossings(near, place).sum() > 1 for place in places)
 
 
 def _crossing(border: FloatArray, label: Corners, asked: NDArray[np.bool_]) -> NDArray[np.bool_]:

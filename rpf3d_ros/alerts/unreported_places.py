@@ -93,11 +93,13 @@ class Places:
         """Return the places that `others` do not have with equal position, velocity and diameter."""
         if not len(self) or not len(others):
             return self
-        known = set(map(bytes, others._rows()))
-        return self.only(np.array([bytes(row) not in known for row in self._rows()], dtype=bool))
+        known = {bytes(row + 0.0) for row in others.rows}  # -0.0 becomes 0.0
+        return self.only(np.array([bytes(row + 0.0) not in known for row in self.rows], dtype=bool))
 
-    def _rows(self) -> np.ndarray:
-        return np.column_stack([self.positions, self.velocities, self.diameters]) + 0.0  # -0.0 becomes 0.0
+    @property
+    def rows(self) -> np.ndarray:
+        """The rows (N, 7): position x, y, z (m), velocity x, y, z (m/s), and diameter (m), NaN where unknown."""
+        return np.column_stack([self.positions, self.velocities, self.diameters])
 
     def trigger(self, stamp_ns: int, topic: str) -> Trigger:
         """Return the places as a trigger; without diameters if none is known. stamp_ns : stamp of the trigger (ns)."""
@@ -221,17 +223,12 @@ class ReportedPlaces:
             too_many = too_many or (f"more than {MOST:,} places" if is_suspect else "")
             unreported = unreported.only(slice(-MOST, None))
         self._note(topic, TopicPlaces(reported=new, unreported=unreported, stamp_ns=stamp_ns, parts=number))
+        update = Update(trigger, too_many=too_many, are_parts=are_parts, is_resumed=is_resumed)
         if is_same or not len(unreported):
-            is_ended = not is_same and bool(len(known.unreported))
-            return Update(
-                trigger, is_ended=is_ended, too_many=too_many, are_parts=are_parts, is_resumed=is_resumed,
-            )  # fmt: skip
+            return update._replace(is_ended=not is_same and bool(len(known.unreported)))
         checked = replace(unreported.trigger(stamp_ns, topic), is_unreported=True)
         first_ns, last_ns = int(unreported.at_ns.min()), int(unreported.at_ns.max())
-        return Update(
-            trigger, checked, first_ns=first_ns, last_ns=last_ns, too_many=too_many, are_parts=are_parts,
-            is_resumed=is_resumed,
-        )  # fmt: skip
+        return update._replace(unreported=checked, first_ns=first_ns, last_ns=last_ns)
 
     def _note(self, topic: str, places: TopicPlaces) -> None:
         self._topics = {**self._topics, topic: places}
@@ -277,8 +274,7 @@ class ReportedPlaces:
         for topic, places in sorted(self._topics.items()):
             if topic not in suspects:
                 continue
-            every = places.unreported.and_also(places.reported)
-            rows = np.column_stack([every.positions, every.velocities, every.diameters])
+            rows = places.unreported.and_also(places.reported).rows
             if len(rows) > room:
                 lacking.append(topic)
             elif len(rows):

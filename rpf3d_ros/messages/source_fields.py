@@ -29,7 +29,8 @@ The names are compared in lower case, with letters and digits only.
 """
 SIZE_ANYWHERE = re.compile("size|diam|radius|volume|mass|weight|durchmesser")
 SIZE_WHOLE = re.compile(
-    "d|dm|dcm|dmm|dia|vol|deq|length|width|m3|kg|tons?|tonnes?|d(?:[0-9]{2,3}|max|mean)|(?:rock|block)(?:d|dia|vol)(?:m|cm|mm|m3)?"
+    "d|dm|dcm|dmm|dia|vol|deq|length|width|m3|kg|tons?|tonnes?|d(?:[0-9]{2,3}|max|mean)|"
+    "(?:rock|block)(?:d|dia|vol)(?:m|cm|mm|m3)?"
 )
 """Patterns of field names for the size of a rock: for a part of a name, and for a whole name."""
 

@@ -54,7 +54,7 @@ def themes(maps: HazardMaps) -> dict[str, Theme]:
 def _upper_end(maps: HazardMaps) -> dict[str, Theme]:
     """Return the picture of the upper end of the predictive interval of reach probability, as an entry of `themes`.
 
-    The result is empty without parameter sets, because there is no predictive interval.
+    Without parameter sets there is no predictive interval, and the result is empty.
     """
     if maps.reach_band is None:
         return {}
