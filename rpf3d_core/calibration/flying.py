@@ -216,9 +216,9 @@ def observed_of(slope: Slope) -> Observed:
     """Return the number of observed rocks behind each of C observations, and the density of each under pure chance.
 
     The order is that of `Flown.densities`: end points, values at gates, counts of rocks. "Pure chance" means: a stop
-    is equally likely anywhere on the terrain, a value anywhere between 0 and twice the largest observed value, and the
-    share of counted rocks is one half. A count of rocks gives two observations: the rocks that did what was counted,
-    such as reaching an area, and the other rocks.
+    is equally likely anywhere in the rectangle around the terrain (`anywhere_density`), a value anywhere between 0 and
+    twice the largest value of its list, and the share of counted rocks is one half. A count of rocks gives two
+    observations: the rocks that did what was counted, such as reaching an area, and the other rocks.
     """
     field = slope.field
     counts, anywhere = [np.ones(len(field.stops))], [np.full(len(field.stops), anywhere_density(slope))]

@@ -177,8 +177,9 @@ def _parts_of(header: str) -> tuple[str, str, str]:
     """Split a header: return the name of the column, the text in brackets at its end, and its last word.
 
     All parts are in small letters; a superscript 3 and ^3 become 3, and Mg (a tonne) becomes t. With brackets, the last
-    word is "". It is also "" if the header does not end with a word, or if the word follows a blank and may be an
-    ordinary word, such as "in". Without brackets, the name is the whole header, and the text in brackets is "".
+    word is "". It is also "" if no word follows a blank, a comma or "_" at the end, or if the word follows only a blank
+    and may be an ordinary word, such as "in". Without brackets, the name is the whole header, and the text in brackets
+    is "".
     """
     lower = _MEGAGRAM.sub("t", header.strip()).lower().replace("³", "3").replace("^3", "3")
     if bracket := _IN_BRACKETS.search(lower):

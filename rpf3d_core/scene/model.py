@@ -89,7 +89,7 @@ class AreaSpec(StrictModel):
 
     name: Name = Field(description="a name that no other area has")
     polygons: Outline = Field(
-        description="three or more corners [x, y] (m) in plan, or the path of a file with polygons"
+        description="three or more corners [x, y] (m) in plan, or the path of a file with one or more polygons"
     )
 
 

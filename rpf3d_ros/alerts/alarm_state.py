@@ -73,7 +73,7 @@ class AlarmState:
         self._alert, self._newest, self._lost = (alert, at), alert, ""
 
     def note_lost(self, why: str) -> None:
-        """Note that the publisher is lost; the contact stays open until two more alerts have arrived.
+        """Record that the publisher is lost; the contact stays open until two more alerts have arrived.
 
         why : the reason, such as a missed deadline
         """

@@ -161,7 +161,7 @@ class AlertDesk:
             return self._served.wait_for(lambda: len(self._undecided) < MOST_UNDECIDED or self._closed, seconds)
 
     def miss(self, topic: str, at_ns: int) -> None:
-        """Note that messages of a topic of sources were lost before they could be read; at_ns : current time (ns)."""
+        """Record that messages of a topic of sources were lost before they could be read; at_ns : current time (ns)."""
         with self._served:
             self._missed[topic] = max(at_ns, self._missed.get(topic, at_ns))
         self._ask(CHANGED)

@@ -149,7 +149,7 @@ class PlaceChecks:
         return tuple(dict.fromkeys(ended))
 
     def restart(self) -> None:
-        """Note that all answers were forgotten, because the clock went back or the node is not active.
+        """Record that all answers were forgotten, because the clock went back or the node is not active.
 
         The first scan of each topic begins again. Faults of forgotten places stay.
         """

@@ -56,7 +56,7 @@ class RefusedInputs:
         self._refused: dict[str, Refusal] = {}
 
     def refused(self, topic: str, why: str, at: float) -> None:
-        """Note that a message of a topic was refused: report its fault, and cancel all acknowledgements.
+        """Record that a message of a topic was refused: report its fault, and cancel all acknowledgements.
 
         why : reason of the refusal; at : time of the refusal (s, steady clock)
         """

@@ -130,7 +130,7 @@ class RegionEvidence:
             self._ground.watch(terrain, now_ns)
 
     def miss(self, topic: str, now_ns: int) -> None:
-        """Note that messages of a topic were lost before they could be read; now_ns : current time (ns)."""
+        """Record that messages of a topic were lost before they could be read; now_ns : current time (ns)."""
         self._topics.miss(topic, now_ns)
 
     def __len__(self) -> int:

@@ -42,7 +42,7 @@ class SourceTopics:
         self._lost_click: int | None = None
 
     def miss(self, topic: str, now_ns: int) -> None:
-        """Note that messages of a topic were lost before they could be read; now_ns : current time (ns).
+        """Record that messages of a topic were lost before they could be read; now_ns : current time (ns).
 
         The lost messages may have reported danger at any wall, so a later message does not replace them. The loss is a
         fault until the lost sources would be too old, and at least for the time `scan_ns`, within which the sensor
@@ -109,7 +109,7 @@ class SourceTopics:
         self._is_new_time = True
 
     def lose(self, click_ns: int | None = None) -> None:
-        """Note that an error of the program lost the evidence of all messages; every topic must publish again.
+        """Record that an error of the program lost the evidence of all messages; every topic must publish again.
 
         A message from before the error may be answered again, although other messages of its topic are lost. Therefore
         only messages with later stamps count. A person does not repeat a message of topic `clicked_point`, so its lost

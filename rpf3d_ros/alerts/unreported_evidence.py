@@ -183,7 +183,7 @@ class UnreportedEvidence:
         return self._topics.setdefault(topic, CheckedPlaces())
 
     def expect(self, trigger: Trigger, first_ns: int, last_ns: int) -> None:
-        """Note that unreported places will be answered; they are a fault meanwhile if danger was possible at them.
+        """Record that unreported places will be answered; they are a fault meanwhile if danger was possible at them.
 
         They are also a fault if the answer takes longer than `changed_terrain_s`.
 
@@ -233,7 +233,7 @@ class UnreportedEvidence:
         )
 
     def end(self, topic: str, stamp_ns: int = -1) -> None:
-        """Note that a topic has no unreported places any more, and call `changed`.
+        """Record that a topic has no unreported places any more, and call `changed`.
 
         A fault of these places ends as soon as the message with the stamp `stamp_ns`, or a later message, is answered.
 
@@ -249,7 +249,7 @@ class UnreportedEvidence:
         self._changed()
 
     def suspect(self, topic: str) -> None:
-        """Note that the topic had reported danger before a restart."""
+        """Record that the topic had reported danger before a restart."""
         with self._lock:
             one = self._of(topic)
             one.danger_ns, one.has_danger = ALWAYS, True
@@ -368,7 +368,7 @@ class UnreportedEvidence:
                 one.why_failed, one.is_due = "", False
 
     def lose(self) -> None:
-        """Note that an error lost the answers: unreported places are a fault until they are simulated again."""
+        """Record that an error lost the answers: unreported places are a fault until they are simulated again."""
         now_ns = self._now()
         with self._lock:
             for one in self._topics.values():

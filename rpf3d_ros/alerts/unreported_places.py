@@ -234,7 +234,7 @@ class ReportedPlaces:
         self._topics = {**self._topics, topic: places}
 
     def restart(self) -> None:
-        """Note that all answers were forgotten, because the clock went back or the node was not active.
+        """Record that all answers were forgotten, because the clock went back or the node was not active.
 
         With a scan period, all places are forgotten, because their stamps are not valid: the first scan is then a fault
         (`FirstScans`). Otherwise, unreported places are simulated again after the next message of their topic.

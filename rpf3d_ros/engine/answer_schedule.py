@@ -99,16 +99,16 @@ class AnswerSchedule:
         return trigger
 
     def begin(self, trigger: Trigger, can_answer: bool) -> None:
-        """Note that the work on a trigger begins; can_answer : True if there is terrain to fly over."""
+        """Record that the work on a trigger begins; can_answer : True if there is terrain to fly over."""
         self.repeats = False
         self._unfinished = trigger if can_answer else None
 
     def progress(self, trigger: Trigger, complete: bool) -> None:
-        """Note that one more stage of an answer has been flown; complete : True if it was the last stage."""
+        """Record that one more stage of an answer has been flown; complete : True if it was the last stage."""
         self._unfinished = None if complete else trigger
 
     def finish(self) -> None:
-        """Note that no further stage of the current answer will be flown."""
+        """Record that no further stage of the current answer will be flown."""
         self._unfinished = None
 
     def _wants_latest(self) -> bool:

@@ -41,7 +41,7 @@ class BeforeStart:
 
     @property
     def missed(self) -> dict[str, int]:
-        """The times (ns) at which messages of sources were lost, by topic."""
+        """The time (ns) at which messages were last lost before the start, by topic of sources."""
         known = (*self.sensors, BY_HAND)
         return {topic: at for topic, at in self.memory.get("missed", {}).items() if topic in known}
 

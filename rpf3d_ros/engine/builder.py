@@ -120,7 +120,7 @@ class Builder:
         return {"cloud_ns": cloud_ns, "cloud_digest": digest, "is_mesh": is_mesh, "replaced": replaced}
 
     def clock_went_back(self, now_ns: int) -> None:
-        """Note that the clock went back to `now_ns` (ns): clouds with later stamps may then be used.
+        """Record that the clock went back to `now_ns` (ns): clouds with later stamps may then be used.
 
         Older clouds, and meshes that were in use before, are still refused. Any thread may call. The step takes effect
         when the builder's thread begins to build the next whole survey.

@@ -168,7 +168,7 @@ class WaitingTerrain(Generic[M]):
     def refuse(
         self, kind: str, published_ns: int = 0, why: str = "", count: int = 1, stamp_ns: int | None = None
     ) -> None:
-        """Note that messages were refused, or lost, before they were queued.
+        """Record that messages were refused, or lost, before they were queued.
 
         kind : "whole" or "patch"; published_ns : time of publication of the message (ns), 0 if it is not known; for
             lost patches, a time after their publication
@@ -261,7 +261,7 @@ class WaitingTerrain(Generic[M]):
             return "patch", newest.patches.pop(0)
 
     def accepted(self) -> None:
-        """Note that the last taken whole survey is now the terrain; drop the surveys that were queued before it.
+        """Record that the last taken whole survey is now the terrain; drop the surveys that were queued before it.
 
         Earlier surveys with the same stamp stay in the queue and are built next, because they may contradict the survey
         that is now in use.
@@ -280,7 +280,7 @@ class WaitingTerrain(Generic[M]):
             tried.whole, tried.early, tried.missing, self._tried = None, (), 0, None
 
     def repeated(self, lost: int = 0, is_rebuilt: bool = False) -> None:
-        """Note that the last taken whole survey is the survey of the terrain in use, which was published again.
+        """Record that the last taken whole survey is the survey of the terrain in use, which was published again.
 
         The patches since this survey stay in the terrain, and patches and surveys that the terrain lacks are still
         missing. As in `accepted`, other surveys that waited are dropped.
@@ -305,7 +305,7 @@ class WaitingTerrain(Generic[M]):
             del self._chapters[1 : place + 1]
 
     def refused(self, why: str = "") -> None:
-        """Note that the last taken whole survey cannot be used; its patches are added to the previous survey.
+        """Record that the last taken whole survey cannot be used; its patches are added to the previous survey.
 
         why : the reason
         """
@@ -317,7 +317,7 @@ class WaitingTerrain(Generic[M]):
             self._tried = None
 
     def lost(self) -> None:
-        """Note that the patch that was taken last cannot be used, so the terrain lacks the patch."""
+        """Record that the patch that was taken last cannot be used, so the terrain lacks the patch."""
         with self._changed:
             self._patched.lost += 1
 

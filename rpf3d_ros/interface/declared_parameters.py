@@ -4,6 +4,7 @@ A node reads its parameters at its start; afterwards they are read-only. The sim
 times, accepts new values while it is not configured (`ParameterLock`).
 """
 
+from array import array
 from collections.abc import Sequence
 from dataclasses import MISSING, Field, fields
 from difflib import get_close_matches
@@ -113,7 +114,34 @@ def _declare(node: Node, about: Field[Any], fixed: bool) -> None:
     try:
         node.declare_parameter(about.name, _as_ros(about.default), descriptor(about, fixed))
     except (InvalidParameterTypeException, InvalidParameterValueException) as error:
-        raise InputError(f"parameter {about.name}: {error}") from error
+        raise InputError(_why_refused(node, about)) from error
+
+
+def _why_refused(node: Node, about: Field[Any]) -> str:
+    """Return a sentence about the given value of a parameter, which has the wrong type or is outside its range."""
+    given = getattr(node, "_parameter_overrides", {})[about.name].value  # rclpy has no public name for the given values
+    sentence, kind = f"parameter {about.name} is {given!r}; it must be", _kind(_as_ros(about.default))
+    if _kind(given) == kind:
+        low, high = about.metadata["low"], about.metadata["high"]
+        return f"{sentence} from {low:g} to {high:g}" if kind == "float" else f"{sentence} from {low} to {high}"
+    if _kind(given) == kind.replace("float", "int"):
+        floats = [float(each) for each in given] if isinstance(given, (list, array)) else float(given)
+        return f"{sentence} {_KINDS[kind]}: write {floats}"
+    return f"{sentence} {_KINDS[kind]}"
+
+
+def _kind(value: Any) -> str:
+    """Return the kind of a parameter's value, as a key of `_KINDS` if a parameter may have this kind."""
+    if isinstance(value, (list, array)):
+        return f"list of {type(value[0]).__name__}" if value else "list"
+    return type(value).__name__
+
+
+_KINDS = {
+    "bool": "true or false", "int": "a whole number", "float": "a number with a decimal point", "str": "a text",
+    "list of float": "a list of numbers with decimal points", "list of str": "a list of texts",
+}  # fmt: skip
+"""Words for the type of a parameter, by the Python type of its default."""
 
 
 def _value(node: Node, about: Field[Any]) -> Any:

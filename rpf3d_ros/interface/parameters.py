@@ -209,7 +209,8 @@ class SimulatorParameters(SourceParameters):
         for name in (*expected, *optional):
             if name not in (*poses, *clouds):
                 given_in = "expected_topics" if name in expected else "optional_topics"
-                raise InputError(f"{name} is in {given_in}, but is not a topic of sources: see {SENSOR_PARAMETERS}")
+                known = f"source_topics or source_cloud_topics ({', '.join((*poses, *clouds))})"
+                raise InputError(f"{name} is in {given_in}, but not in {known}: write the name exactly as there")
             if name in expected and name in optional:
                 raise InputError(f"{name} is in expected_topics and in optional_topics: see {SENSOR_PARAMETERS}")
         must = expected or (*self._named("source_topics"), *self._named("source_cloud_topics"))
@@ -281,7 +282,7 @@ class AlarmBridgeParameters:
     clock_offset_s: float = parameter(
         1.0,
         "time (s) by which the clock of the bridge may differ from that of the simulator; beyond this time, an alert "
-        "that has ended or is in the future opens the alarm contact",
+        "whose validity has ended, or whose stamp is in the future, opens the alarm contact",
         0.0, 3600.0,
     )  # fmt: skip
     contact_file: str = parameter(

@@ -6,7 +6,10 @@ from collections.abc import Callable
 
 from rpf3d_core.errors import InputError
 
-TAKEN_UP = "the acknowledgement is received, but the disk of the decision log is slow: see alerts for the result"
+TAKEN_UP = (
+    "the acknowledgement is received, but its result is not known yet, because the simulator or the disk of its "
+    "decision log is slow: see alerts for the result"
+)
 """Reply to an acknowledgement that is not yet in the decision log."""
 
 

@@ -22,7 +22,7 @@ class FramesOnArrival:
     """Finds the map frame that converts each message. The executor's thread, which receives transforms, never waits."""
 
     def __init__(self, frames: InputFrames, is_patient: bool) -> None:
-        """Note that the calling thread, which must be the executor's thread, never waits for a transform.
+        """Record that the calling thread, which must be the executor's thread, never waits for a transform.
 
         frames : finds the frames of messages
         is_patient : True if other threads may wait for the first transforms, during FIRST_TRANSFORMS (s) from now on

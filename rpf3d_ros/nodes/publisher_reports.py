@@ -95,7 +95,7 @@ class PublisherReports:
         self._report([*wrong, *mute], seen)
 
     def understood(self, topic: str) -> None:
-        """Note that a message of a topic was accepted; the fault of a mute topic then ends at the next check."""
+        """Record that a message of a topic was accepted; the fault of a mute topic then ends at the next check."""
         for each in self._mute:
             each.understood(topic)
 

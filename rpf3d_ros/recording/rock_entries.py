@@ -183,7 +183,10 @@ def _has(cloud: Any, name: str) -> bool:
 
 
 def _kept(topic: str) -> str:
-    """Return the value of `RecordingEntry.keeps` for a topic: a new file begins with the last entry of each topic."""
+    """Return the name of the state that the entries of a topic set (`RecordingEntry.keeps`).
+
+    With it, a new file begins with the last entry of each topic.
+    """
     return f"answer/{topic}"
 
 

@@ -52,8 +52,9 @@ class FragmentationSpec(ModelSpec):
         "CC", ge=0, le=180,
     )  # fmt: skip
     least_angle_deg: Number = parameter(
-        5.0, "a number from 0 to 45 (degrees), smallest angle between the ground and the start of a fragment", "deg",
-        GIS, "CC", ge=0, le=45,
+        5.0,
+        "a number from 0 to 45 (degrees), smallest angle between the ground and the initial direction of a fragment",
+        "deg", GIS, "CC", ge=0, le=45,
     )  # fmt: skip
     generations: Count = parameter(
         3, "a whole number from 1 to 5, the number of successive breaks: with 1 only the released rock breaks, with 2 "

@@ -1,5 +1,6 @@
 """Tests that parameters are declared from the dataclasses, and that a refusal of a wrong value names the parameter."""
 
+import re
 from dataclasses import fields
 
 import pytest
@@ -15,6 +16,7 @@ from rpf3d_ros.interface.declared_parameters import declare, descriptor
 from rpf3d_ros.interface.parameters import RecorderParameters, ScenePublisherParameters, SimulatorParameters
 from rpf3d_ros.interface.recorded_topics import RecordedSensors
 
+DECIMALS = "a list of numbers with decimal points"
 KINDS = [SimulatorParameters, RecorderParameters, ScenePublisherParameters]
 
 
@@ -134,13 +136,30 @@ def test_topics_of_sources_that_a_file_sets_for_all_nodes_cause_no_warning(kind,
 
 
 @pytest.mark.parametrize(("given", "sentence"), [
-    ({"optional_topics": ("radar",)}, "radar is in optional_topics, but is not a topic of sources"),
-    ({"expected_topics": ("radar",)}, "radar is in expected_topics, but is not a topic of sources"),
+    ({"optional_topics": ("radar",)}, r"radar is in optional_topics, but not .* \(sources, source_cloud\)"),
+    ({"expected_topics": ("radar",)}, "radar is in expected_topics, but not in source_topics"),
     ({"expected_topics": ("sources",), "optional_topics": ("sources",)}, "sources is in expected_topics and in"),
 ])  # fmt: skip
 def test_topics_that_contradict_each_other_are_refused(given, sentence):
     with pytest.raises(InputError, match=sentence):
         SimulatorParameters(**given).sensors  # noqa: B018
+
+
+@pytest.mark.parametrize(("name", "given", "sentence"), [
+    ("release_speed", "2", "release_speed is 2; it must be a number with a decimal point: write 2.0"),
+    ("map_origin", "[1, 2, 3]", f"map_origin is [1, 2, 3]; it must be {DECIMALS}: write [1.0, 2.0, 3.0]"),
+    ("map_origin", "[a, b, c]", f"map_origin is ['a', 'b', 'c']; it must be {DECIMALS}"),
+    ("source_topics", "radar", "source_topics is 'radar'; it must be a list of texts"),
+    ("source_topics", "[1, 2]", "source_topics is [1, 2]; it must be a list of texts"),
+    ("use_tf", "perhaps", "use_tf is 'perhaps'; it must be true or false"),
+    ("first_rocks", "2.5", "first_rocks is 2.5; it must be a whole number"),
+    ("first_rocks", "-2", "first_rocks is -2; it must be from 1 to 2147483647"),
+    ("release_speed", "-2.5", "release_speed is -2.5; it must be from 0 to 10000"),
+    ("decision_log", "3", "decision_log is 3; it must be a text"),
+])  # fmt: skip
+def test_a_value_of_the_wrong_type_or_range_is_refused_with_what_to_write(name, given, sentence, node_with):
+    with pytest.raises(InputError, match=f"^parameter {re.escape(sentence)}$"):
+        declare(node_with(**{name: given}), SimulatorParameters)
 
 
 def test_a_parameter_that_the_node_does_not_know_is_warned_of_with_the_nearest_name(node_with, capfd):
