@@ -100,7 +100,9 @@ class PlaceChecks:
             self._end(topic)
         if update.unreported is None:
             return [update.trigger]
-        self._checks.expect(update.unreported, update.first_ns, update.last_ns)
+        if update.was_suspect:
+            self._checks.suspect(topic)
+        self._checks.expect(update.unreported, update.last_ns)
         return [update.unreported, update.trigger]
 
     def _note_forgotten(self, update: Update, trigger: Trigger, now_s: float) -> None:
@@ -110,7 +112,9 @@ class PlaceChecks:
 
         update : its result; trigger : the sources of the message; now_s : current time (s, steady clock)
         """
-        topic, ended = trigger.topic, self._put_aside.pop(trigger.topic, None)
+        topic, ended = trigger.topic, self._put_aside.get(trigger.topic)
+        if len(trigger.positions) or update.is_nothing:  # an empty message that is sent twice changes nothing
+            self._put_aside.pop(topic, None)
         if update.too_many:
             self._forget(topic, update, trigger.stamp_ns, now_s)
         elif update.is_resumed and ended is not None:

@@ -39,6 +39,10 @@ REMEDY = (
 """What to do about places that are no longer reported."""
 
 
+MAY_LAST = "topic {}: danger was possible, and its newest sources are not answered yet"
+"""Sentence of a fault without unreported places: the newest answer shows no danger, but may lack a place."""
+
+
 class Expected(NamedTuple):
     """An expected answer to the unreported places after one message.
 
@@ -59,7 +63,6 @@ class CheckedPlaces:
     """What is known about the unreported places of a topic: answers, expected answers, and whether danger is possible.
 
     where : which places, and until when they were reported, as a part of a sentence
-    oldest_ns : earliest time (ns) at which one of the places was last reported; 0 if not known
     is_ended : True if the topic has no unreported places
     expected : the answers that are still expected, the oldest first; the places are judged if there is none
     judged_ns : stamp (ns) of the message whose unreported places the last answer judged, or of the message that ended
@@ -72,16 +75,19 @@ class CheckedPlaces:
     received_ns : stamp (ns) of the newest message of the topic with sources; -1 if there is none
     main_ns : stamp (ns) of the newest message of the topic whose answer counts; an answer of too few rocks does not
         count unless it shows danger; -1 if there is none
+    changed_ns : `received_ns` when the unreported places last changed: only an answer to this message or a later one
+        includes the places that are reported again
     danger_ns : stamp (ns) of the newest message whose answer may reach a limit or is missing; -1 if there is none,
         ALWAYS if the stamp is no longer valid
-    has_danger : True from an answer that shows danger, or does not include all sources, until an answer to all places
-        of the topic shows no danger; stamps that become invalid do not change this value
+    reports_danger : True if the answer to `main_ns` shows danger, so that the level shows it
+    reports_none : True if the answer to `main_ns` shows that there is no danger at all reported places of the topic
+    has_danger : True from an answer that shows danger, or does not include all sources, until the answers to all
+        places of the topic show no danger (`end_danger`); stamps that become invalid do not change this value
     evidence : the last answer to unreported places that counts
     shown : the last values of `where`, each with the places (x, y, z) (m) that it describes
     """
 
     where: str = ""
-    oldest_ns: int = 0
     is_ended: bool = True
     expected: list[Expected] = field(default_factory=list)
     judged_ns: int = ALWAYS
@@ -91,20 +97,27 @@ class CheckedPlaces:
     is_due: bool = False
     received_ns: int = -1
     main_ns: int = -1
+    changed_ns: int = -1
     danger_ns: int = -1
+    reports_danger: bool = False
+    reports_none: bool = False
     has_danger: bool = False
     evidence: Evidence | None = None
     shown: dict[str, frozenset[Place]] = field(default_factory=dict)
 
     @property
     def is_open(self) -> bool:
-        """True if danger was possible at the places, their answer is missing, and a message without them has one."""
-        return bool(self.expected) and self.main_ns >= self.expected[0].stamp_ns and self.danger_ns >= self.oldest_ns
+        """True if danger was shown and may last, although the answer that counts does not show it.
+
+        The danger may last while places of the topic, reported or unreported, are not answered.
+        """
+        is_unanswered = bool(self.expected) or self.main_ns < self.received_ns
+        return self.has_danger and not self.reports_danger and is_unanswered
 
     @property
     def is_suspect(self) -> bool:
         """True if rocks from the reported or unreported places of the topic may reach a limit, or this is not known."""
-        return self.is_unsettled or self.main_ns <= max(self.danger_ns, self.received_ns - 1)
+        return self.is_unsettled or self.has_danger or self.main_ns <= max(self.danger_ns, self.received_ns - 1)
 
     @property
     def is_in_danger(self) -> bool:
@@ -130,6 +143,16 @@ class CheckedPlaces:
             self.stands = True
         elif self.main_ns >= self.judged_ns:
             self.stands = False
+
+    def end_danger(self) -> None:
+        """Set `has_danger` to False if all places of the topic are answered and show no danger.
+
+        Otherwise a place that changes between reported and unreported would be in no answer.
+        """
+        if self.reports_none and not self.is_unsettled and self.main_ns >= self.changed_ns:
+            self.has_danger = False
+            if self.danger_ns == ALWAYS:
+                self.danger_ns = -1  # what was dangerous before the stamps became invalid is so no longer
 
     def expect(self, new: Expected) -> None:
         """Add an expected answer; if MOST_EXPECTED are expected, `new` replaces the last of them, with its deadline."""
@@ -157,6 +180,7 @@ class CheckedPlaces:
         """
         self.expected = [] if self.is_ended else [Expected(ANY, digest="", until_ns=until_ns, time_limit=time_limit)]
         self.danger_ns = ALWAYS if self.danger_ns >= 0 else -1
+        self.reports_danger = self.reports_none = False
         self.evidence, self.is_dangerous = None, False
         self.judged_ns = -1 if self.is_ended else ALWAYS
 
@@ -182,18 +206,17 @@ class UnreportedEvidence:
     def _of(self, topic: str) -> CheckedPlaces:
         return self._topics.setdefault(topic, CheckedPlaces())
 
-    def expect(self, trigger: Trigger, first_ns: int, last_ns: int) -> None:
-        """Record that unreported places will be answered; they are a fault meanwhile if danger was possible at them.
+    def expect(self, trigger: Trigger, last_ns: int) -> None:
+        """Record that unreported places will be answered; they are a fault meanwhile if the topic had danger.
 
         They are also a fault if the answer takes longer than `changed_terrain_s`.
 
         trigger : the places, with the stamp of the message that does not report them
-        first_ns, last_ns : earliest and latest time (ns) at which one of the places was last reported; 0 if not known
+        last_ns : latest time (ns) at which one of the places was last reported; 0 if not known
         """
         with self._lock:
             one = self._of(trigger.topic)
-            one.oldest_ns = min(one.oldest_ns, first_ns) if one.expected else first_ns
-            one.where, one.is_ended = _where(trigger, last_ns), False
+            one.where, one.is_ended, one.changed_ns = _where(trigger, last_ns), False, one.received_ns
             until_ns = self._now() + self._longest_ns
             one.expect(Expected(trigger.stamp_ns, trigger.digest, until_ns, self._longest))
             one.shown.pop(one.where, None)
@@ -245,7 +268,9 @@ class UnreportedEvidence:
             one.stands = bool(self._fault_of(topic, one, now_ns))
             one.is_ended, one.expected, one.judged_ns, one.evidence = True, [], stamp_ns, None
             one.is_dangerous, one.why_failed, one.is_due = False, "", False
+            one.changed_ns = max(one.received_ns, stamp_ns)
             one.settle()
+            one.end_danger()
         self._changed()
 
     def suspect(self, topic: str) -> None:
@@ -259,13 +284,15 @@ class UnreportedEvidence:
 
         An answer also counts if further places were added after its sources were queued. Otherwise a sensor whose
         messages come faster than the answers would never get an answer that counts. An answer with a fault, for example
-        because some places are over a hole, judges nothing, but may show danger.
+        because some places are over a hole, judges nothing, but may show danger. An answer that comes too late, when
+        the places have changed, only shows that the topic had danger.
         """
+        is_danger = may_reach_a_limit(evidence, self._thresholds)
         with self._lock:
             one = self._of(topic)
+            one.has_danger = one.has_danger or is_danger
             if one.is_ended or (one.judged_ns != ALWAYS and evidence.trigger_stamp_ns < one.judged_ns):
                 return
-            is_danger = may_reach_a_limit(evidence, self._thresholds)
             if evidence.faults:
                 one.why_failed, one.is_due = evidence.faults[0], not evidence.areas
             if is_danger or (not evidence.faults and self._is_harmless(evidence)):
@@ -274,6 +301,7 @@ class UnreportedEvidence:
                 if not evidence.faults:
                     one.why_failed, one.is_due = "", False
             one.settle()
+            one.end_danger()
 
     def note_reported(self, topic: str, evidence: Evidence, is_whole: bool = True) -> None:
         """Note an answer to the sources that a topic reports, or the fault that there is no answer.
@@ -287,21 +315,18 @@ class UnreportedEvidence:
             counts = is_danger or is_judged(evidence, self._thresholds)
             if not evidence.sources:  # of two messages with one stamp, the message with sources counts
                 counts = evidence.trigger_stamp_ns > one.received_ns
-            if counts:
-                one.main_ns = max(one.main_ns, evidence.trigger_stamp_ns)
+            is_newest = counts and evidence.trigger_stamp_ns >= one.main_ns
+            if is_newest:
+                one.main_ns, one.reports_danger = evidence.trigger_stamp_ns, is_danger and bool(evidence.sources)
             if is_danger and evidence.sources:
                 one.danger_ns, one.has_danger = max(one.danger_ns, evidence.trigger_stamp_ns), True
             if evidence.sources and evidence.faults:  # some sources released no rock: nothing is known about them
                 one.has_danger = True
-            one.settle()
             is_harmless = not (is_danger or evidence.faults) and is_judged(evidence, self._thresholds)
-            if not evidence.sources:
-                is_harmless = counts
-            is_newest = evidence.trigger_stamp_ns >= one.main_ns
-            if is_harmless and is_whole and is_newest and not one.is_unsettled:
-                one.has_danger = False
-                if one.danger_ns == ALWAYS:
-                    one.danger_ns = -1  # what was dangerous before the stamps became invalid is so no longer
+            if is_newest:
+                one.reports_none = is_whole and (is_harmless or not evidence.sources)
+            one.settle()
+            one.end_danger()
 
     def faults(self) -> dict[str, str]:
         """Return the fault of each topic with dangerous or unjudged unreported places as a sentence, by topic."""
@@ -321,6 +346,8 @@ class UnreportedEvidence:
             verdict = f"have not been simulated within {late[0].time_limit}"
         else:
             return ""
+        if one.is_ended:
+            return MAY_LAST.format(topic)
         return f"{_begin(topic, one.where)} {verdict}: {REMEDY}"
 
     def _is_harmless(self, evidence: Evidence) -> bool:
@@ -364,7 +391,7 @@ class UnreportedEvidence:
                 one.stands = bool(self._fault_of(topic, one, now_ns))
                 one.has_danger = one.is_in_danger
                 one.expect_all_again(now_ns + self._longest_ns, self._longest)
-                one.received_ns = one.main_ns = -1
+                one.received_ns = one.main_ns = one.changed_ns = -1
                 one.why_failed, one.is_due = "", False
 
     def lose(self) -> None:

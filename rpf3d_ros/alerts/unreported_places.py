@@ -117,10 +117,13 @@ class TopicPlaces(NamedTuple):
     reported : places of the last message and of earlier messages with its stamp; with a scan period, also the places of
         earlier messages within this period
     unreported : places that the topic no longer reports; always empty with a scan period
-    stamp_ns : stamp of the last message (ns); parts : number of further messages with this stamp
+    stamp_ns : stamp of the last message (ns), 0 if it is not valid any more because the clock went back or the node was
+        not active; parts : number of further messages with this stamp
     is_due : True if the unreported places must be simulated again, because their last answer does not count
     before_empty : all places before the last message, if this message has no places. If a further part has some, the
         sensor has not reported that it sees no source
+    empty_ns : stamp of the last message (ns) if it has no places, else 0; it stays when `stamp_ns` becomes 0
+    was_suspect : True if the places of `before_empty` were, or might have been, dangerous
     """
 
     reported: Places = NOWHERE
@@ -129,6 +132,8 @@ class TopicPlaces(NamedTuple):
     parts: int = 0
     is_due: bool = False
     before_empty: Places = NOWHERE
+    empty_ns: int = 0
+    was_suspect: bool = False
 
 
 class Update(NamedTuple):
@@ -137,25 +142,25 @@ class Update(NamedTuple):
     trigger : the sources to simulate: of the message, of earlier messages with the same stamp, and of earlier messages
         within the scan period; None for a message without sources that has the stamp of a message with sources
     unreported : unreported places to simulate; None if they are the same as before, or if there are none
-    first_ns, last_ns : earliest and latest time (ns) at which one of the unreported places was last reported; 0 if not
-        known
+    last_ns : latest time (ns) at which one of the unreported places was last reported; 0 if not known
     is_ended : True if the topic had unreported places, and has none now
     is_nothing : True if the message has no sources and a later stamp than the last message, so the topic sees no
         source at all; always False with a scan period
     too_many : text such as "more than 1,000 places" if places had to be forgotten that may be dangerous; "" otherwise
     are_parts : True if these are places of several messages with one stamp
-    is_resumed : True if the last message had no sources, but was only a part of a scan: its places count again
+    is_resumed : True if the last message had no sources, but was only a part of a scan: earlier places count again
+    was_suspect : True if these earlier places were, or might have been, dangerous
     """
 
     trigger: Trigger | None
     unreported: Trigger | None = None
-    first_ns: int = 0
     last_ns: int = 0
     is_ended: bool = False
     is_nothing: bool = False
     too_many: str = ""
     are_parts: bool = False
     is_resumed: bool = False
+    was_suspect: bool = False
 
 
 class ReportedPlaces:
@@ -202,13 +207,16 @@ class ReportedPlaces:
             if stamp_ns <= known.stamp_ns:  # of two messages with one stamp, the message with sources counts
                 return Update(None if len(known.reported) else trigger)
             before = known.unreported.and_also(known.reported)
-            self._note(topic, TopicPlaces(stamp_ns=stamp_ns, before_empty=before))
+            empty = TopicPlaces(stamp_ns=stamp_ns, before_empty=before, empty_ns=stamp_ns, was_suspect=is_suspect)
+            self._note(topic, empty)
             return Update(trigger, is_ended=bool(len(known.unreported)), is_nothing=True)
         number = _part_number(known, stamp_ns)
-        is_resumed = bool(number and not len(known.reported))
+        is_resumed, was_suspect = stamp_ns > 0 and stamp_ns == known.empty_ns, known.was_suspect
         if is_resumed and len(known.before_empty):
-            known, is_suspect = known._replace(unreported=known.before_empty, is_due=True), True
-        parts, reported_before = _parts_and_before(known.reported, new, stamp_ns)
+            known, is_suspect = known._replace(unreported=known.before_empty, is_due=True), is_suspect or was_suspect
+        parts, reported_before = NOWHERE, known.reported
+        if number:
+            parts, reported_before = _parts_and_before(known.reported, new, stamp_ns)
         parts, too_many = _at_most(parts)
         are_parts = bool(too_many)
         if number:
@@ -223,12 +231,12 @@ class ReportedPlaces:
             too_many = too_many or (f"more than {MOST:,} places" if is_suspect else "")
             unreported = unreported.only(slice(-MOST, None))
         self._note(topic, TopicPlaces(reported=new, unreported=unreported, stamp_ns=stamp_ns, parts=number))
-        update = Update(trigger, too_many=too_many, are_parts=are_parts, is_resumed=is_resumed)
+        update = Update(trigger, too_many=too_many, are_parts=are_parts)
+        update = update._replace(is_resumed=is_resumed, was_suspect=is_resumed and was_suspect)
         if is_same or not len(unreported):
             return update._replace(is_ended=not is_same and bool(len(known.unreported)))
         checked = replace(unreported.trigger(stamp_ns, topic), is_unreported=True)
-        first_ns, last_ns = int(unreported.at_ns.min()), int(unreported.at_ns.max())
-        return update._replace(unreported=checked, first_ns=first_ns, last_ns=last_ns)
+        return update._replace(unreported=checked, last_ns=int(unreported.at_ns.max()))
 
     def _note(self, topic: str, places: TopicPlaces) -> None:
         self._topics = {**self._topics, topic: places}

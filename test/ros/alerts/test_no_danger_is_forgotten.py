@@ -1,0 +1,252 @@
+"""Tests that a danger stays a level or a fault until all places of its topic are answered without danger.
+
+The tests use the real checks, regions and queue; only the answers are made by hand.
+"""
+
+import random
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+import numpy as np
+from live_sites.alert_evidence import FLOWN, NOW, S, area, evidence, site
+
+from rpf3d_core.alerts.decide import decide
+from rpf3d_core.alerts.levels import Level
+from rpf3d_core.live.triggers import trigger_of
+from rpf3d_ros.alerts import unreported_places
+from rpf3d_ros.alerts.first_scans import FirstScans
+from rpf3d_ros.alerts.place_checks import CAUSE, PlaceChecks
+from rpf3d_ros.alerts.region_evidence import RegionEvidence
+from rpf3d_ros.alerts.unreported_evidence import UnreportedEvidence
+from rpf3d_ros.engine.answer_schedule import AnswerSchedule
+from rpf3d_ros.engine.answered_sources import AnsweredSources
+from rpf3d_ros.engine.waiting_sources import WaitingSources
+
+RADAR = "radar/sources"
+A, B, C, D = (0.0, 0.0, 10.0), (10.0, 0.0, 10.0), (20.0, 0.0, 10.0), (30.0, 0.0, 10.0)
+FAR = (70.0, 0.0, 10.0)
+"""A place in another region than the others."""
+DANGER, HARMLESS = area(FLOWN // 2), area()
+REGION = 50.0
+
+
+class Radar:
+    """A topic of sources, and all that decides from its messages and answers; without a scan period.
+
+    saved : what `to_remember` of a former radar returned, to continue from it
+    """
+
+    def __init__(self, saved=None):
+        self.now_ns, self.dangerous, self.standing = NOW, {A}, {}
+        self.site = site(sources_max_age_s=30)
+        self.checks = UnreportedEvidence(self.site, lambda: self.now_ns, lambda: None)
+        scans = FirstScans(None, 30.0)
+        self.schedule = AnswerSchedule(WaitingSources(REGION, 10), AnsweredSources(30.0, 40))
+        self.places = PlaceChecks(
+            self.site, 2.0, self.checks, scans, self.standing.__setitem__, self.schedule.end_unreported
+        )
+        self.regions = RegionEvidence(self.site.evidence, (), True, (), self.checks, scans)
+        self.region_of = WaitingSources(REGION, 8, False).region_of
+        if saved is not None:
+            self.places.restore(saved.get("places", {}), (RADAR,), saved["dangers"])
+
+    def send(self, second, *places):
+        """Send a message with a stamp (s after NOW); return the triggers to answer."""
+        self.now_ns = max(self.now_ns, int(NOW + second * S) + S // 10)
+        positions = np.array(places, dtype=float).reshape(-1, 3)
+        sources = trigger_of(positions, np.zeros_like(positions), None, int(NOW + second * S), RADAR)
+        return self.places.submitted(sources)
+
+    def answer(self, *triggers):
+        """Answer triggers: with danger if a dangerous place is among the places."""
+        for trigger in triggers:
+            places = {tuple(place) for place in trigger.positions.tolist()}
+            found = evidence(
+                DANGER if self.dangerous & places else HARMLESS, trigger_stamp_ns=trigger.stamp_ns, at_ns=self.now_ns,
+                sources_digest=trigger.digest, sources=len(places),
+            )  # fmt: skip
+            self.regions.note(self.region_of(trigger), RADAR, found)
+
+    def forget(self):
+        """Forget all answers, as after a step back of the clock and after a deactivation."""
+        self.places.restart()
+        self.regions.forget(self.now_ns)
+
+    def alert(self):
+        """Return the decision on the current evidence, without a held level."""
+        standing = tuple(sentence for sentence in self.standing.values() if sentence)
+        return decide(None, self.regions.fresh(self.now_ns), self.site, self.now_ns, None, standing)
+
+    @property
+    def is_green(self):
+        """True if neither a level nor a fault is shown."""
+        alert = self.alert()
+        return alert.evident == Level.NORMAL and not alert.faults
+
+
+@pytest.fixture
+def radar():
+    """Return a radar that has reported the dangerous place A, which is answered."""
+    made = Radar()
+    made.answer(*made.send(0, A))
+    return made
+
+
+def test_a_stamp_that_is_used_again_after_a_step_back_of_the_clock_loses_no_place(radar):
+    radar.forget()
+    radar.answer(*radar.send(0, B))
+    assert not radar.is_green
+    radar.answer(*radar.send(1, B))
+    assert not radar.is_green and A in [tuple(row[:3]) for row in radar.places.to_remember()["places"][RADAR]]
+
+
+def test_a_message_that_waits_in_vain_between_the_danger_and_the_message_without_it_hides_nothing():
+    radar = Radar()
+    radar.answer(*radar.send(0, A))
+    radar.send(1, A, B)  # a later message takes its place in the queue
+    unreported, sources = radar.send(2, B)
+    radar.answer(sources)
+    assert not radar.is_green, "the answer to A is missing"
+    radar.dangerous = set()
+    radar.answer(unreported)
+    assert radar.is_green, "all places are answered, without danger"
+
+
+def test_the_danger_of_unreported_places_lasts_until_the_message_that_reports_them_again_is_answered(radar):
+    radar.answer(*radar.send(1, A, D))
+    _, sources = radar.send(2, B)
+    radar.answer(sources)
+    (unreported, again) = radar.send(3, A, B)
+    radar.answer(unreported)  # D, harmless
+    assert not radar.is_green, "A is in no answer"
+    radar.answer(again)
+    assert radar.alert().evident > Level.NORMAL
+
+
+def test_the_same_holds_for_parts_of_one_scan(radar):
+    radar.answer(*radar.send(1, A, D))
+    radar.answer(*radar.send(2, B))
+    unreported, again = radar.send(2, A)
+    radar.answer(unreported)
+    assert not radar.is_green
+    radar.answer(again)
+    assert radar.alert().evident > Level.NORMAL
+
+
+def test_a_late_answer_that_shows_danger_is_a_fault_until_the_next_message_is_answered():
+    radar = Radar()
+    radar.dangerous = set()
+    radar.answer(*radar.send(0, A))
+    unreported, sources = radar.send(1, B)
+    radar.answer(sources)
+    (again,) = radar.send(2, A, B)
+    radar.dangerous = {A}  # the terrain has changed
+    radar.answer(unreported)
+    assert not radar.is_green
+    radar.answer(again)
+    assert radar.alert().evident > Level.NORMAL
+
+
+@pytest.mark.parametrize("is_new_start", [False, True])
+def test_an_empty_first_part_hides_no_danger_of_places_before_it(radar, is_new_start):
+    if is_new_start:
+        radar = Radar(radar.places.to_remember())
+    else:  # dangerous only since it is not reported any more
+        radar.dangerous = set()
+        radar.answer(*radar.send(1, A), *(triggers := radar.send(2, B)))
+        radar.dangerous = {A}
+        radar.answer(triggers[0])
+    radar.answer(*radar.send(3))
+    unreported, sources = radar.send(3, C)
+    radar.answer(sources)
+    assert not radar.is_green
+    radar.answer(unreported)
+    assert not radar.is_green
+
+
+def test_an_empty_first_part_and_a_step_back_of_the_clock_hide_no_danger(radar):
+    radar.answer(*radar.send(2))
+    radar.forget()
+    radar.answer(*radar.send(2, C))
+    assert not radar.is_green
+
+
+@pytest.mark.parametrize("empty", [1, 2])
+def test_a_fault_of_forgotten_places_returns_after_any_number_of_empty_parts(radar, empty, monkeypatch):
+    monkeypatch.setattr(unreported_places, "MOST", 1)
+    for second, place in enumerate((B, C, D), start=1):
+        radar.send(second, place)
+    assert radar.standing[CAUSE.format(RADAR)]
+    for _ in range(empty):
+        radar.send(4)
+    assert not radar.standing[CAUSE.format(RADAR)]
+    radar.send(4, B)
+    assert radar.standing[CAUSE.format(RADAR)]
+
+
+def test_many_harmless_places_behind_an_empty_first_part_are_no_fault(monkeypatch):
+    monkeypatch.setattr(unreported_places, "MOST", 1)
+    radar = Radar()
+    radar.dangerous = set()
+    for second in range(4):
+        radar.answer(*radar.send(second))
+        for part in ((A, B), (C, D)):
+            radar.answer(*radar.send(second, *part))
+            assert radar.is_green
+
+
+def test_an_acknowledgement_of_a_place_that_is_reported_again_waits_for_its_answer(radar):
+    radar.answer(*radar.send(1, B))
+    faults = radar.alert().faults
+    (again,) = radar.send(2, A, B)
+    radar.places.acknowledged("A. Shift", faults)
+    assert not radar.is_green
+    radar.answer(again)
+    assert radar.alert().evident > Level.NORMAL
+
+
+def test_after_an_acknowledgement_the_next_messages_cause_no_fault(radar):
+    radar.answer(*radar.send(1, B))
+    radar.places.acknowledged("A. Shift", radar.alert().faults)
+    assert radar.is_green
+    sources = radar.send(2, B)
+    assert radar.is_green
+    radar.answer(*sources)
+    assert radar.is_green
+
+
+def history(seed, step):
+    """Yield after each of 60 random steps whether A was answered as dangerous, and the radar."""
+    chance, radar = random.Random(seed), Radar()
+    second, flying, is_known = 0, [], False
+    for _ in range(60):
+        kind = chance.random()
+        if kind < 0.5:
+            second += chance.random() >= step.get("parts", 0.0)
+            places = [place for place in (A, B, C, D, FAR) if chance.random() < 0.4] or [B]  # none would end danger
+            for trigger in radar.send(second, *places):
+                radar.schedule.submit(trigger)
+        elif kind < 0.97 or "back" not in step:
+            if not flying and radar.schedule.has_next and (trigger := radar.schedule.next_trigger()) is not None:
+                radar.schedule.begin(trigger, True)
+                flying = [trigger]
+            if flying and chance.random() < 0.7:
+                radar.schedule.progress(flying[0], True)
+                radar.answer(flying[0])
+                is_known = is_known or A in map(tuple, flying[0].positions.tolist())
+                flying = []
+        else:
+            second -= chance.choice((0, 1, 1))
+            radar.now_ns, flying = NOW + second * S, []
+            radar.schedule.forget()
+            radar.forget()
+        yield is_known, radar
+
+
+@pytest.mark.parametrize("step", [{}, {"parts": 0.5}, {"back": True}, {"parts": 0.5, "back": True}])
+@pytest.mark.parametrize("seed", range(25))
+def test_no_random_messages_and_answers_hide_a_danger_that_was_shown(seed, step):
+    for is_known, radar in history(seed, step):
+        assert not is_known or not radar.is_green
