@@ -28,7 +28,7 @@ FOUND = {
     "an empty message has the stamp of one with sources": (1, ("contradicting itself",)),
     "a silent radar is forgotten when the clock goes back": (57, ("missing sources", "clock back")),
     "a radar that no one expects is connected and never heard": (1, ("connected and mute",)),
-    "a click just after the clock went back is forgotten": (612, tuple(DEFECTS)[:-3]),
+    "a click just after the clock went back is forgotten": (612, tuple(DEFECTS)[:-4]),
     "the mesh from before a patch is published again": (3, ("mesh after the patch",)),
 }
 """Name -> (seed, kinds of defects) of combinations for which the node once showed too low a level."""

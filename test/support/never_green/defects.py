@@ -11,6 +11,7 @@ from functools import partial
 import numpy as np
 from never_green import changes, pit
 from never_green.changes import Change
+from never_green.parts import scan_in_parts
 from never_green.plan import END, Plan, Send, Speaker
 from never_green.stories import EVERY, RADAR_A, SENSORS
 
@@ -320,4 +321,5 @@ DEFECTS: dict[str, Defect] = {
     "published again": repeated_surveys,
     "clock back a little": clock_back_a_little,
     "restarted": restarted,
+    "scan in parts": scan_in_parts,
 }

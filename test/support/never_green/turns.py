@@ -9,6 +9,7 @@ from never_green import pit
 from never_green.plan import END, Plan, Send
 from never_green.stories import EVERY
 
+NAME = "scanning by turns"
 TURNS = (2, 4)
 """Numbers of messages of a whole scan; four messages take longer than sources count without a scan period."""
 
@@ -22,10 +23,14 @@ def scanning_by_turns(plan: Plan, rng: np.random.Generator) -> Plan | None:
     sensors stop at this part of their scan. A person who acknowledges ends the fault of a missing place, so the sensors
     of a plan with acknowledgements must report the source again soon. In a third of the plans with a scan period, the
     node must refuse the second report of the source.
+
+    Messages with the same time are parts of one scan (`parts.py`), and have the same turn. Plans with a thrown source
+    are left out: without it, a scan must not have the harmless source at almost the same place.
     """
     dangerous = plan.truth.sources[-1:]
     topics = [topic for source in dangerous for topic in source.seen_by if topic in plan.sensors]
-    if not topics or any(name.startswith("scanning by turns") for name in plan.defects):
+    is_bound = plan.scan_period is not None or any(source.is_thrown for source in dangerous)
+    if not topics or is_bound or any(name.startswith(NAME) for name in plan.defects):
         return None
     is_acknowledged = any(send.kind == "acknowledgement" for send in plan.sends)
     is_stated = bool(rng.random() < 0.5)
@@ -36,34 +41,35 @@ def scanning_by_turns(plan: Plan, rng: np.random.Generator) -> Plan | None:
     from_then = max(float(rng.uniform(4.0, 10.0)), since) if stays else END
     refused = 1 if is_stated and rng.random() < 1 / 3 else None  # number of the report
     floor, place = pit.on_the_floor(rng), dangerous[0].place
-    numbers: dict[str, int] = {}  # of the messages of each topic since the first message with the source
+    numbers: dict[str, int] = {}  # of the scans of each topic since the first message with the source
+    times: dict[str, float] = {}  # of the last scan of each topic
     sends = []
     for send in plan.sends:
-        if send.topic in topics and (send.topic in numbers or _is_at(send, place).any()):
-            numbers[send.topic] = numbers.get(send.topic, -1) + 1
+        if send.topic in topics and (send.topic in numbers or is_at(send, place).any()):
+            numbers[send.topic] = numbers.get(send.topic, -1) + int(times.get(send.topic) != send.sent)
+            times[send.topic] = send.sent
             is_other = numbers[send.topic] % turns > 0 or send.sent >= from_then
             send = _without(send, place, floor if period is None else None) if is_other else _only(send, place)
             if refused is not None and numbers[send.topic] == refused * turns:
                 send = send._replace(frame="refused")
         sends.append(send)
-    return plan.with_defect(
-        f"scanning by turns: {', '.join(topics)}", sends=tuple(sends), scan_period=period, stays=stays
-    )
+    return plan.with_defect(f"{NAME}: {', '.join(topics)}", sends=tuple(sends), scan_period=period, stays=stays)
 
 
-def _is_at(send: Send, place: np.ndarray) -> np.ndarray:
+def is_at(send: Send, place: np.ndarray) -> np.ndarray:
+    """Return for each of the N places of a message whether it is the place (3,) m; the result has the shape (N,)."""
     return np.isclose(send.places.reshape(-1, 3), place).all(axis=1)
 
 
 def _only(send: Send, place: np.ndarray) -> Send:
     """Return a message with only the source at a place (3,) m; the unchanged message if the source is not in it."""
-    there = _is_at(send, place)
+    there = is_at(send, place)
     return send._replace(places=send.places.reshape(-1, 3)[there]) if there.any() else send
 
 
 def _without(send: Send, place: np.ndarray, floor: np.ndarray | None) -> Send:
     """Return a message without the source at a place (3,) m; floor : place to report if no source is left, or None."""
-    others = send.places.reshape(-1, 3)[~_is_at(send, place)]
+    others = send.places.reshape(-1, 3)[~is_at(send, place)]
     if not len(others) and floor is not None:
         others = floor[None]
     return send._replace(places=others)
