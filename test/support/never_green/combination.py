@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from never_green.defects import DEFECTS
 from never_green.dry_node import DryNode
-from never_green.messages import SECOND, TERRAIN, bytes_of, message_of
+from never_green.messages import SECOND, SPEED, TERRAIN, bytes_of, message_of
 from never_green.narrow import NARROW
 from never_green.oracle import LEVELS, LIMITS, SCENE, SPREAD, Oracle
 from never_green.plan import END, TICK, Plan, Send, Speaker, TrueSource
@@ -160,6 +160,7 @@ def configuration_of(plan: Plan) -> StationConfiguration:
         source_topics=tuple(topic for topic in SENSORS[:2]), source_cloud_topics=(SENSORS[2],),
         expected_topics=plan.sensors if plan.expects else ("",), optional_topics=("",) if plan.expects else SENSORS,
         publisher_overlap=1.0, position_spread=SPREAD, first_rocks=80, equipment_radius=RADIUS,
+        release_speed=SPEED,
     )  # fmt: skip
     thresholds = Thresholds.model_validate(
         site_values(plan.limits, plan.truth.machines is not None, plan.scan_period)

@@ -22,7 +22,7 @@ from messages.live_peer import PATIENCE, LivePeer
 from never_green import pit
 from never_green.combination import DECIDED, RADIUS, drawn, required, site_values
 from never_green.defects import DEFECTS
-from never_green.messages import SECOND, TERRAIN, bytes_of, message_of
+from never_green.messages import SECOND, SPEED, TERRAIN, bytes_of, message_of
 from never_green.oracle import LEVELS, SCENE, SPREAD, Oracle
 from never_green.plan import BEGAN, END, Plan, Send, Truth
 from never_green.stories import KINDS, RADAR_A, SENSORS, survey
@@ -278,7 +278,7 @@ def node_parameters(folder: Path, limits: str) -> list[str]:
     given = {
         **SCENE, "use_sim_time": True, "site_file": site, "decision_log": folder / "decisions", "first_rocks": 80,
         "source_topics": f"[{(names := ', '.join(SENSORS[:2]))}]", "optional_topics": f"[{names}]",
-        "position_spread": SPREAD, "publisher_overlap": 1.0,
+        "position_spread": SPREAD, "release_speed": SPEED, "publisher_overlap": 1.0,
         "clock_patience": 0.5, "equipment_radius": RADIUS,
     }  # fmt: skip
     return [word for name, value in given.items() for word in ("-p", f"{name}:={value}")]

@@ -4,14 +4,19 @@ from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import Point, PointStamped, Pose, PoseArray, Quaternion
-from messages.live_peer import cloud, header, polygon, poses
+from messages.live_peer import cloud, header, polygon
+from never_green.pit import THROW
 from never_green.plan import Send
 from rclpy.serialization import serialize_message
 
+from rpf3d_ros.messages.cloud_messages import cloud_of_columns
 from rpf3d_ros.messages.survey_mesh import grid_mesh
 from rpf3d_ros.messages.terrain_messages import cdr_of_mesh
 
 SECOND = 1_000_000_000
+SPEED = float(np.linalg.norm(THROW))
+"""Speed (m/s) of thrown sources; the parameter `release_speed` of the node, because a pose has only a direction."""
+
 TERRAIN = ("grid", "mesh", "patch")
 """Kinds of messages that the node receives as CDR bytes, together with their time of publication."""
 
@@ -34,7 +39,7 @@ def _made(send: Send, stamp_ns: int) -> Any:
     if send.kind in ("grid", "patch"):
         return cloud(send.places, stamp_ns, send.frame)
     if send.kind == "cloud":
-        return cloud(send.places.reshape(-1, 3), stamp_ns, send.frame)
+        return _source_cloud(send, stamp_ns)
     if send.kind == "mesh":
         return cdr_of_mesh(grid_mesh(send.places))
     if send.kind == "point":
@@ -42,7 +47,24 @@ def _made(send: Send, stamp_ns: int) -> Any:
         return PointStamped(header=header(stamp_ns, send.frame), point=Point(x=x, y=y, z=z))
     if send.kind == "polygon":
         return polygon(send.places.tolist(), stamp_ns, send.frame)
-    return poses(send.places.tolist(), stamp_ns, send.frame)
+    return _poses(send, stamp_ns)
+
+
+def _source_cloud(send: Send, stamp_ns: int) -> Any:
+    """Return a cloud of sources; only a cloud of thrown sources has fields of velocities."""
+    places = send.places.reshape(-1, 3)
+    if not send.is_thrown:
+        return cloud(places, stamp_ns, send.frame)
+    columns = np.column_stack([places, np.tile(THROW, (len(places), 1))])
+    names = ("x", "y", "z", "vx", "vy", "vz")
+    return cloud_of_columns(header(stamp_ns, send.frame), dict(zip(names, columns.T, strict=True)))
+
+
+def _poses(send: Send, stamp_ns: int) -> PoseArray:
+    """Return a message of poses; without an orientation, which means at rest, unless they are thrown along THROW."""
+    turn = Quaternion(z=1.0, w=0.0) if send.is_thrown else Quaternion(w=0.0)  # half a turn: -x
+    each = [Pose(position=Point(x=x, y=y, z=z), orientation=turn) for x, y, z in send.places.tolist()]
+    return PoseArray(header=header(stamp_ns, send.frame), poses=each)
 
 
 def truncated(message: Any) -> Any:

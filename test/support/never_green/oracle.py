@@ -10,8 +10,8 @@ from functools import cache
 
 import numpy as np
 import shapely
-from never_green.pit import FloatArray, survey
-from never_green.plan import Truth
+from never_green.pit import THROW, FloatArray, survey
+from never_green.plan import TrueSource, Truth
 
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
@@ -87,7 +87,7 @@ class Oracle:
     def _tracks_of(self, number: int, has_bank: bool) -> FloatArray:
         key = number, has_bank
         if key not in self._tracks:
-            self._tracks[key] = np.array(tracks_from(self._truth.sources[number].place, has_bank))
+            self._tracks[key] = np.array(tracks_from(self._truth.sources[number], has_bank))
         return self._tracks[key]
 
 
@@ -99,23 +99,21 @@ def interval(reached: int, flown: int) -> tuple[float, float]:
     return max(middle - half, 0.0), min(middle + half, 1.0)
 
 
-def tracks_from(place: FloatArray, has_bank: bool) -> list[shapely.Geometry]:
-    """Return the tracks in plan of the rocks of a source over the true terrain, as lines (shapely) in the map frame.
-
-    place : (3,) m of the source, map frame
-    """
+def tracks_from(source: TrueSource, has_bank: bool) -> list[shapely.Geometry]:
+    """Return the tracks in plan of the rocks of a source over the true terrain, as lines (shapely) in the map frame."""
     engine, flight, origin = flying_over(has_bank)
-    flights = fly_ensemble(engine, flight, releases_around(place - origin, engine), threads=1)
+    releases = releases_around(source.place - origin, THROW if source.is_thrown else (0.0, 0.0, 0.0), engine)
+    flights = fly_ensemble(engine, flight, releases, threads=1)
     paths = flights.paths
     starts = np.flatnonzero(np.diff(paths.row, prepend=-1))
     ways = np.split(paths.x[:, :2], starts[1:])
     return [shapely.LineString(np.vstack([way, way[-1]]) + origin[:2]) for way in ways]
 
 
-def releases_around(place: FloatArray, engine: Engine) -> Releases:
+def releases_around(place: FloatArray, velocity: tuple[float, float, float], engine: Engine) -> Releases:
     """Return the releases of the rocks of a source, spread in plan, all at the source's height above the ground.
 
-    place : (3,) m, local frame
+    place : (3,) m, local frame; velocity : of the source (m/s), to which a random velocity of each rock is added
     """
     rng = np.random.default_rng(int(abs(place).sum() * 1e6) % 2**63)
     x = np.repeat(place[None], ROCKS, axis=0)
@@ -124,7 +122,7 @@ def releases_around(place: FloatArray, engine: Engine) -> Releases:
     top[:, 2] = HIGH
     ground = HIGH - engine.ground_below(top)[:, 0]
     x[:, 2] = ground[1:] + place[2] - ground[0]
-    velocities, numbers, ones = rng.uniform(-SPEED, SPEED, (ROCKS, 3)), np.arange(ROCKS), np.ones(ROCKS)
+    velocities, numbers, ones = rng.uniform(-SPEED, SPEED, (ROCKS, 3)) + velocity, np.arange(ROCKS), np.ones(ROCKS)
     return Releases(np.zeros_like(numbers), numbers, x, velocities, 1000.0 * ones, 0.5 * ones)
 
 

@@ -18,6 +18,9 @@ LENGTH, WIDTH, DROP, STEP = 72.0, 80.0, 40.0, 2.0
 BANK_FROM, BANK_HEIGHT = 40.0, 14.0
 """The bank stands at the toe of the slope where y is above BANK_FROM (m); BANK_HEIGHT is its height (m)."""
 
+THROW = (-15.0, 0.0, 0.0)
+"""Velocity (m/s) of a thrown source, which lies beyond the road; its rocks cross the road."""
+
 OPEN, SHELTERED = (12.0, 30.0), (54.0, 68.0)
 """Ranges of y (m) of sources above the unprotected half of the road, and above the bank."""
 

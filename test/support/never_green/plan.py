@@ -22,12 +22,14 @@ class TrueSource(NamedTuple):
     place : (3,) m, map frame
     seen_by : topics of the sensors that see the source
     until : time (s) until which the node must count the source; for a click, until the click is too old
+    is_thrown : True if its rocks start at the velocity `pit.THROW`, False if they start at rest
     """
 
     place: FloatArray
     since: float
     seen_by: tuple[str, ...]
     until: float = np.inf
+    is_thrown: bool = False
 
 
 class Truth(NamedTuple):
@@ -63,6 +65,7 @@ class Send(NamedTuple):
     publisher : number of the publisher (`Speaker.number`)
     damage : function of a defect that changes the finished message, None for no change
     words : "NAME: REASON" of an acknowledgement
+    is_thrown : True if the message reports the velocity `pit.THROW` for all its sources
     """
 
     sent: float
@@ -75,6 +78,7 @@ class Send(NamedTuple):
     publisher: int = 0
     damage: Callable[[Any], Any] | None = None
     words: str = ""
+    is_thrown: bool = False
 
 
 class Speaker(NamedTuple):
