@@ -67,11 +67,11 @@ class Reader(Node):
         """Return why the last alert does not count; "" if it counts."""
         now, clock = time.monotonic(), time.time()
         nodes = [
-            {f"{each.node_namespace}/{each.node_name}" for each in self.get_publishers_info_by_topic(topic)}
+            [f"{each.node_namespace}/{each.node_name}" for each in self.get_publishers_info_by_topic(topic)]
             for topic in (self.resolve_topic_name("alerts"), self.resolve_topic_name("alarm"))
         ]
-        if len(nodes[0]) != 1 or nodes[0] != nodes[1]:
-            return f"alerts and alarm must come from one node, but come from {sorted(nodes[0] | nodes[1])}"
+        if len(nodes[0]) != 1 or nodes[0] != nodes[1]:  # two simulators may have the same name
+            return f"alerts and alarm must each have one publisher, the same node, but have {nodes[0]} and {nodes[1]}"
         if now > self.until or clock > float(self.site["valid_until"]) + OFFSET:
             return "there is no valid alert"
         if clock < float(self.site["stamp"]) - OFFSET:

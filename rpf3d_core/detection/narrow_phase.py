@@ -144,10 +144,13 @@ def _carries(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
 
     left : the contact from which the rock starts
 
-    - A facet other than the last facet carries a sliding rock that moves onto this facet, and every rock at rest; for a
-      rock at rest, `_approach` prefers the facet with the steepest descent.
-    - The last facet carries the rock only if the rock moves along an edge of this facet (`_goes_beside`).
-    - Every facet carries a rock that was flying and, in the last search (`search.py`), every rock.
+    The first rule that applies decides:
+
+    - A rock that was flying is carried by every facet, and so is every rock in the last search (`search.py`).
+    - The facet from which the rock starts (`left.facet`) does not carry the rock in the first search. In the second
+      search it does if the rock is at rest, or moves along an edge of this facet (`_goes_beside`).
+    - Any other facet carries a rock at rest, and a sliding rock that moves onto this facet (`_comes_over`). Among the
+      facets under a rock at rest, `_approach` prefers the one with the steepest descent.
     """
     if not left.resting or facets.tolerance > facets.crack:
         return True

@@ -174,7 +174,10 @@ def past(motion: Motion, number: int) -> int:
 
 @kernel
 def with_ground(tally: RockTally, facet: int, speed: float) -> RockTally:
-    """Return the rock's running totals when it begins to slide or roll on a facet, at a speed (m/s)."""
+    """Return the rock's running totals when it begins to slide or roll on a facet, at a speed (m/s).
+
+    `facet` becomes the last facet. The speed is kept as `ground_speed` only if the rock never slid or rolled before.
+    """
     first = speed if math.isnan(tally.ground_speed) else tally.ground_speed
     return RockTally(
         path=tally.path,

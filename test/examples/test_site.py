@@ -1,13 +1,16 @@
 """Tests that the commands of the tutorial of a first site show what the tutorial says, in separate processes."""
 
 import contextlib
+import importlib.util
 import re
 import shlex
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from programs.command_line import ROOT, environment
@@ -110,3 +113,26 @@ def test_the_files_of_the_first_site_are_valid_and_their_areas_have_limits() -> 
     folder = ROOT / "examples/site"
     scene = read_scene(folder / "scene.yaml")
     assert {area.name for area in scene.areas_of_interest} == set(read_site(folder / "site.yaml").areas)
+
+
+@pytest.mark.parametrize(("nodes", "counts"), [
+    ((["simulator"], ["simulator"]), True),
+    (([], []), False),
+    ((["simulator", "simulator"], ["simulator"]), False),
+    ((["simulator"], ["simulator", "simulator"]), False),
+    ((["simulator"], ["player"]), False),
+])  # fmt: skip
+def test_an_alert_counts_for_the_reader_only_if_one_node_publishes_it(nodes: tuple[list[str], ...], counts: bool):
+    module = importlib.util.spec_from_file_location("read_alerts", ROOT / "examples/site/read_alerts.py")
+    read_alerts = importlib.util.module_from_spec(module)
+    module.loader.exec_module(read_alerts)
+    now, clock = time.monotonic(), time.time()
+    published = dict(zip(("alerts", "alarm"), nodes, strict=True))
+    reader = SimpleNamespace(
+        until=now + 5, in_order_since=now - 10, alarm=False, resolve_topic_name=str,
+        site={"valid_until": str(clock + 5), "stamp": str(clock), "alarm": "false"},
+        get_publishers_info_by_topic=lambda topic: [
+            SimpleNamespace(node_name=name, node_namespace="") for name in published[topic]
+        ],
+    )  # fmt: skip
+    assert (read_alerts.Reader.why_unknown(reader) == "") is counts
