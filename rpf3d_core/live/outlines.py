@@ -144,14 +144,14 @@ class WatchedOutlines:
         "Since when" is the time at which the outline in a part of the evidence was replaced; of several parts, the
         earliest time.
 
-        parts : the evidence of each wall. A part without areas is skipped: its sources have no answer, and the missing
-            answer is a separate fault
+        parts : the evidence of each wall. A part without areas but with a fault is skipped: its sources have no answer,
+            and this is the fault. A part without areas or faults was answered before there was an area
         """
         found: dict[str, int] = {}
         with self._lock:
             for part in parts:
                 shown = {area.name: area.outline for area in part.areas}
-                for name, known in self._known.items() if shown else ():
+                for name, known in self._known.items() if shown or not part.faults else ():
                     since_ns = known.replaced_ns(shown.get(name, REMOVED), part.at_ns)
                     if since_ns is not None:
                         found[name] = min(since_ns, found.get(name, since_ns))

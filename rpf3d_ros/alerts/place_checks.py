@@ -94,7 +94,8 @@ class PlaceChecks:
         if update.trigger is None:
             return []
         if len(trigger.positions):
-            self._checks.received(topic, update.trigger.stamp_ns)
+            is_further_part = update.trigger.stamp_ns > trigger.stamp_ns
+            self._checks.received(topic, update.trigger.stamp_ns, is_further_part)
         if update.is_ended:
             self._checks.end(topic, update.trigger.stamp_ns)
             self._end(topic)
@@ -158,6 +159,7 @@ class PlaceChecks:
         The first scan of each topic begins again. Faults of forgotten places stay.
         """
         self._places.restart()
+        self._checks.restart()
         self._scans.restart()
         self._forgotten = {topic: each._replace(at_ns=0) for topic, each in self._forgotten.items()}  # not a valid time
 

@@ -2,7 +2,8 @@
 
 A place that is missing in a message is either gone or merely not part of the message. If rocks from the place may
 reach a limit of the site, or if this is not known in time, this is a fault. The fault ends when a later answer shows no
-danger, the place is reported again, the topic publishes an empty message, or persons acknowledge.
+danger, the place is reported again and this message is answered, the topic publishes an empty message, or persons
+acknowledge.
 """
 
 import threading
@@ -39,7 +40,10 @@ REMEDY = (
 """What to do about places that are no longer reported."""
 
 
-MAY_LAST = "topic {}: danger was possible, and its newest sources are not answered yet"
+MAY_LAST = (
+    "topic {}: danger was possible, and its newest sources are not answered yet; if this fault stays, the sensor "
+    "reports places faster than they are answered: see evidence.scan_period_s of the site file"
+)
 """Sentence of a fault without unreported places: the newest answer shows no danger, but may lack a place."""
 
 
@@ -75,11 +79,11 @@ class CheckedPlaces:
     received_ns : stamp (ns) of the newest message of the topic with sources; -1 if there is none
     main_ns : stamp (ns) of the newest message of the topic whose answer counts; an answer of too few rocks does not
         count unless it shows danger; -1 if there is none
-    changed_ns : `received_ns` when the unreported places last changed: only an answer to this message or a later one
-        includes the places that are reported again
+    changed_ns : `received_ns` when the unreported places last changed, or when a further part of a scan was received:
+        only an answer to this message or a later one includes the places that it reports again
     danger_ns : stamp (ns) of the newest message whose answer may reach a limit or is missing; -1 if there is none,
         ALWAYS if the stamp is no longer valid
-    reports_danger : True if the answer to `main_ns` shows danger, so that the level shows it
+    reports_danger : True if the answer to `main_ns` shows danger, or is missing: then a level or another fault is shown
     reports_none : True if the answer to `main_ns` shows that there is no danger at all reported places of the topic
     has_danger : True from an answer that shows danger, or does not include all sources, until the answers to all
         places of the topic show no danger (`end_danger`); stamps that become invalid do not change this value
@@ -162,10 +166,13 @@ class CheckedPlaces:
         self.expected.append(new)
 
     def received(self, evidence: Evidence) -> None:
-        """Note an answer to unreported places, and remove this and all earlier answers from the expected answers."""
+        """Note an answer to unreported places, and remove this and all earlier answers from the expected answers.
+
+        The same places may be expected several times, because a message was sent twice, but are simulated once.
+        """
         digests = [each.digest for each in self.expected]
         if evidence.sources_digest in digests:
-            del self.expected[: digests.index(evidence.sources_digest) + 1]
+            del self.expected[: len(digests) - digests[::-1].index(evidence.sources_digest)]
             self.expected = [each for each in self.expected if each.stamp_ns != ANY]
         else:  # an answer to places as they were before
             self.expected = [each for each in self.expected if each.stamp_ns >= evidence.trigger_stamp_ns]
@@ -223,14 +230,17 @@ class UnreportedEvidence:
             one.shown[one.where] = frozenset(map(tuple, trigger.positions.tolist()))
             one.shown = dict(list(one.shown.items())[-MOST_SHOWN:])
 
-    def received(self, topic: str, stamp_ns: int) -> None:
+    def received(self, topic: str, stamp_ns: int, is_further_part: bool = False) -> None:
         """Note a message of a topic with sources, which may be dangerous until they are answered.
 
         stamp_ns : stamp of the message (ns)
+        is_further_part : True if the message is a further part of a scan, so the answer to the first part lacks places
         """
         with self._lock:
             one = self._of(topic)
             one.received_ns = max(one.received_ns, stamp_ns)
+            if is_further_part:
+                one.changed_ns = one.received_ns
 
     def watch(self, outlines: Mapping[str, str]) -> None:
         """Set the current areas. If these are the first areas, expect new answers to the unreported places.
@@ -338,16 +348,16 @@ class UnreportedEvidence:
     def _fault_of(self, topic: str, one: CheckedPlaces, now_ns: int) -> str:
         """Return the fault of a topic, "" for none; now_ns : current time (ns)."""
         late = [each for each in one.expected if now_ns >= each.until_ns]
+        if one.is_ended and (one.stands or one.is_open):
+            return MAY_LAST.format(topic)
         if one.why_failed:
             verdict = f"could not be simulated ({one.why_failed})"
-        elif one.stands or one.is_open:
+        elif one.stands or (one.is_open and one.expected):
             verdict = "may reach a limit of the site"
         elif late:
             verdict = f"have not been simulated within {late[0].time_limit}"
         else:
-            return ""
-        if one.is_ended:
-            return MAY_LAST.format(topic)
+            return MAY_LAST.format(topic) if one.is_open else ""
         return f"{_begin(topic, one.where)} {verdict}: {REMEDY}"
 
     def _is_harmless(self, evidence: Evidence) -> bool:
@@ -383,15 +393,25 @@ class UnreportedEvidence:
         with self._lock:
             return topic in self._topics and self._topics[topic].is_due
 
+    def restart(self) -> None:
+        """Record that the stamps of earlier messages are invalid, before any later message is received.
+
+        `forget` follows, perhaps only after later messages have been received.
+        """
+        with self._lock:
+            for one in self._topics.values():
+                one.has_danger = one.is_in_danger
+                one.received_ns = one.changed_ns = -1
+
     def forget(self) -> None:
-        """Note that all answers are forgotten and earlier stamps are invalid; a danger shown earlier stays possible."""
+        """Note that all answers are forgotten; a danger shown earlier stays possible."""
         now_ns = self._now()
         with self._lock:
             for topic, one in self._topics.items():
                 one.stands = bool(self._fault_of(topic, one, now_ns))
                 one.has_danger = one.is_in_danger
                 one.expect_all_again(now_ns + self._longest_ns, self._longest)
-                one.received_ns = one.main_ns = one.changed_ns = -1
+                one.main_ns = -1
                 one.why_failed, one.is_due = "", False
 
     def lose(self) -> None:

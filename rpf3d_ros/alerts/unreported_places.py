@@ -204,7 +204,8 @@ class ReportedPlaces:
     def _compared(self, trigger: Trigger, now_s: float, known: TopicPlaces, is_suspect: bool) -> Update:
         new, topic, stamp_ns = places_of(trigger, now_s), trigger.topic, trigger.stamp_ns
         if not len(new):
-            if stamp_ns <= known.stamp_ns:  # of two messages with one stamp, the message with sources counts
+            # Of two messages with one stamp, the message with sources counts; a second empty message changes nothing.
+            if stamp_ns <= known.stamp_ns or (stamp_ns > 0 and stamp_ns == known.empty_ns):
                 return Update(None if len(known.reported) else trigger)
             before = known.unreported.and_also(known.reported)
             empty = TopicPlaces(stamp_ns=stamp_ns, before_empty=before, empty_ns=stamp_ns, was_suspect=is_suspect)

@@ -48,7 +48,9 @@ def test_evidence_without_a_new_area_is_outdated_since_the_area_is_watched():
     watched.watch({}, NOW)
     watched.watch({"ramp": A}, NOW + S)
     assert watched.outdated([of_ramp("")]) == (Outdated("ramp", NOW + S),)
-    assert watched.outdated([evidence()._replace(areas=())]) == (), "that has a fault of its own"
+    before_areas = evidence()._replace(areas=())
+    assert watched.outdated([of_ramp(A), before_areas]) == (Outdated("ramp", NOW + S),)
+    assert watched.outdated([before_areas._replace(faults=("no rock could fly",))]) == (), "that is the fault"
     watched.watch({}, NOW + 2 * S)
     assert watched.outdated([of_ramp(A)]) == ()
 

@@ -33,22 +33,22 @@ REGION = 50.0
 
 
 class Radar:
-    """A topic of sources, and all that decides from its messages and answers; without a scan period.
+    """A topic of sources, and all that decides from its messages and answers.
 
-    saved : what `to_remember` of a former radar returned, to continue from it
+    saved : what `to_remember` of a former radar returned, to continue from it; period : scan period (s), None for none
     """
 
-    def __init__(self, saved=None):
+    def __init__(self, saved=None, period=None):
         self.now_ns, self.dangerous, self.standing = NOW, {A}, {}
-        self.site = site(sources_max_age_s=30)
+        self.site = site(sources_max_age_s=30, scan_period_s=period)
         self.checks = UnreportedEvidence(self.site, lambda: self.now_ns, lambda: None)
-        scans = FirstScans(None, 30.0)
+        scans = FirstScans(period, 30.0)
         self.schedule = AnswerSchedule(WaitingSources(REGION, 10), AnsweredSources(30.0, 40))
         self.places = PlaceChecks(
             self.site, 2.0, self.checks, scans, self.standing.__setitem__, self.schedule.end_unreported
         )
         self.regions = RegionEvidence(self.site.evidence, (), True, (), self.checks, scans)
-        self.region_of = WaitingSources(REGION, 8, False).region_of
+        self.region_of = WaitingSources(REGION, 8, period is not None).region_of
         if saved is not None:
             self.places.restore(saved.get("places", {}), (RADAR,), saved["dangers"])
 
@@ -182,8 +182,78 @@ def test_a_fault_of_forgotten_places_returns_after_any_number_of_empty_parts(rad
     for _ in range(empty):
         radar.send(4)
     assert not radar.standing[CAUSE.format(RADAR)]
+    monkeypatch.setattr(unreported_places, "MOST", 1000)  # so that the next message causes no fault by itself
     radar.send(4, B)
     assert radar.standing[CAUSE.format(RADAR)]
+
+
+@pytest.mark.parametrize("empty", [1, 2])
+def test_empty_parts_before_and_after_a_step_back_of_the_clock_hide_no_danger(radar, empty):
+    radar.answer(*radar.send(2))
+    radar.forget()
+    for _ in range(empty - 1):
+        radar.answer(*radar.send(2))
+    radar.answer(*radar.send(2, C))
+    assert not radar.is_green
+
+
+def test_messages_between_a_step_back_of_the_clock_and_its_decision_count(radar):
+    radar.places.restart()
+    late = [*radar.send(11, B), *radar.send(12, A, B)]
+    radar.regions.forget(radar.now_ns)  # on another thread, later
+    radar.answer(*(each for each in late if each.stamp_ns == NOW + 11 * S))
+    assert not radar.is_green, "A is reported, and not answered"
+
+
+def test_a_fault_ends_after_a_step_back_of_the_clock_once_all_is_answered(radar):
+    radar.dangerous = set()
+    radar.answer(*radar.send(3600, A, B))
+    radar.now_ns = NOW
+    radar.forget()
+    radar.answer(*radar.send(1, A, B))
+    assert radar.is_green
+
+
+def test_with_whole_scans_a_part_that_is_received_but_not_answered_is_a_fault():
+    radar = Radar(period=0.0)
+    radar.answer(*radar.send(0, A))
+    first = radar.send(1, B)
+    further = radar.send(1, A)
+    radar.answer(*first)
+    assert not radar.is_green
+    radar.answer(*further)
+    assert radar.alert().evident > Level.NORMAL
+
+
+def test_places_that_are_sent_twice_are_expected_once():
+    radar = Radar()
+    radar.dangerous = set()
+    radar.answer(*radar.send(0, A))
+    unreported, _ = radar.send(1, B)
+    radar.checks.expect(unreported, NOW)
+    radar.answer(unreported)
+    radar.now_ns += 100 * S
+    assert radar.checks.faults() == {}
+
+
+def test_the_fault_names_unreported_places_only_while_they_are_not_answered(radar):
+    radar.answer(*radar.send(1, A, D))
+    _, sources = radar.send(2, B)
+    radar.answer(sources)
+    unreported, _ = radar.send(3, A, B)
+    assert "no longer reports the place at (30.0, 0.0, 10.0)" in radar.checks.faults()[RADAR]
+    radar.answer(unreported)
+    assert radar.checks.faults()[RADAR].startswith(f"topic {RADAR}: danger was possible, and its newest sources are")
+
+
+def test_an_answer_from_before_the_first_area_is_a_fault_although_other_regions_are_answered_with_it():
+    radar, before = Radar(), evidence(trigger_stamp_ns=NOW)._replace(areas=())
+    radar.regions.note(radar.region_of(*radar.send(0, A)), RADAR, before)
+    radar.regions.watch({"ramp": "ab" * 32}, None, NOW + S)
+    later = evidence(area(outline="ab" * 32), trigger_stamp_ns=NOW + S, at_ns=NOW + 2 * S)
+    radar.regions.note(radar.region_of(*radar.send(1, FAR)[-1:]), "other", later)
+    radar.now_ns = NOW + 10 * S
+    assert "ramp" in " ".join(radar.alert().faults)
 
 
 def test_many_harmless_places_behind_an_empty_first_part_are_no_fault(monkeypatch):
