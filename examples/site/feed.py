@@ -25,7 +25,10 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 def surveyed() -> Mesh:
-    """Return the survey: a synthetic pit; the corners of each triangle turn counter-clockwise as seen from above."""
+    """Return the survey: a synthetic pit; the corners of each triangle turn counter-clockwise as seen from above.
+
+    For a file with UTM coordinates, read a scene with `terrain: {files: [{path: pit.obj}]}`, and add nothing.
+    """
     scene = rpf3d.read_scene(Path(__file__).parents[1] / "scenes" / "road.yaml")
     pit, _ = rpf3d.read_terrain(scene)
     corners = pit.frame.points_to_input(pit.vertices) + UTM_OF_MAP

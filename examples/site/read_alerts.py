@@ -7,6 +7,7 @@ rules of docs/reference/topics.md for every program that acts on the level.
 """
 
 import contextlib
+import re
 import time
 
 import rclpy
@@ -60,7 +61,8 @@ class Reader(Node):
         """Return the level on which people may act, and the reason."""
         wrong = self.why_unknown()
         if not wrong:
-            return self.site["level"], self.site["reason.0"]
+            reasons = (value for key, value in self.site.items() if key.startswith("reason."))
+            return self.site["level"], "; ".join(reasons)
         return ("evacuate" if self.shown[0] == "evacuate" else "fault"), wrong
 
     def why_unknown(self) -> str:
@@ -81,9 +83,10 @@ class Reader(Node):
         return "the alarm is on without an alert" if self.alarm and self.site["alarm"] == "false" else ""
 
     def show(self) -> None:
-        """Print the level and its reason if the level has changed, or if a fault has another reason."""
+        """Print the level and its reasons if the level has changed, or if a fault has other reasons."""
         shown = self.level()
-        if shown[0] != self.shown[0] or (shown[0] == "fault" and shown != self.shown):
+        words, before = (re.sub(r"[\d.]+", "", reasons) for _, reasons in (shown, self.shown))
+        if shown[0] != self.shown[0] or (shown[0] == "fault" and words != before):
             print(f"{time.strftime('%H:%M:%S')} {shown[0].upper()}: {shown[1]}", flush=True)
         self.shown = shown
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from rpf3d_ros.messages.alert_reading import ReceivedLevel
 from rpf3d_ros.messages.stamps import SECOND, nanoseconds_of_text
 
-NOTHING_YET = "no alert has been received yet"
+NOTHING_YET = "no alert has been received yet; the bridge must be in the namespace of the simulator"
 
 CLOCK_OFFSET = 1.0
 """Default time (s) by which the clocks of simulator and bridge may differ."""

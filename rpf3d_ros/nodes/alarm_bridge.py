@@ -154,6 +154,8 @@ def _contacts(parameters: AlarmBridgeParameters) -> list[FileContact | TcpContac
             made.append(FileContact(Path(parameters.contact_file)))
         if parameters.contact_port:
             made.append(TcpContact(parameters.contact_port))
+    except FileNotFoundError as error:
+        raise InputError(f"the contact cannot be set up: make the folder of contact_file first ({error})") from error
     except OSError as error:
         raise InputError(f"the contact cannot be set up: {error}") from error
     if not made:
