@@ -83,7 +83,7 @@ class MapFrame:
 
     def _remedy(self, frame_id: str) -> str:
         if self.knows(frame_id):
-            return "subtract map_origin from the coordinates, or set survey_frame and map_origin (mesh: mesh_frame, too)"
+            return "subtract map_origin from the coordinates, or set survey_frame and map_origin, for a mesh mesh_frame"
         return f"check the transform of frame '{frame_id}'"
 
     def directions(self, directions: FloatArray, frame_id: str) -> FloatArray:

@@ -225,6 +225,15 @@ def test_rocks_that_did_not_finish_may_go_on(tmp_path: Path, outcome: Outcome) -
     assert sentence.startswith("12 of 30 rocks ") and sentence.endswith(" may be too small")
 
 
+def test_rocks_that_fell_through_the_ground_are_called_a_fault_of_rpf3d(tmp_path: Path) -> None:
+    sentences(tmp_path)
+    run = rpf3d.simulate(tmp_path / "scene.yaml")
+    totals = copy(run.totals)
+    totals.outcomes = Counter({Outcome.STOPPED: 18, Outcome.FELL_THROUGH: 12})
+    (sentence,) = _of_the_unfinished(replace(run, totals=totals))
+    assert sentence.startswith("12 of 30 rocks were found below the ground, a fault of rpf3d: ")
+
+
 def test_the_busiest_place_is_that_of_most_points() -> None:
     rng = np.random.default_rng(3)
     few, many = rng.normal((10.0, 10.0), 0.5, (40, 2)), rng.normal((510.0, 85.0), 0.5, (60, 2))
