@@ -34,9 +34,10 @@ def shown_by(part: Alert | AreaAlert | None, decision: Alert | None) -> ShownLev
 
 
 def since_of(level: Level, before: ShownLevel | None, now_ns: int) -> Since:
-    """Return since when the level of a new decision is shown without interruption, and since when it is not normal.
+    """Return when the level of a new decision began to be shown without interruption, and when it was last normal.
 
-    An expired decision counts as a fault from the end of its validity; but the levels `evacuate` and `fault` stay.
+    If the previous decision has expired, it counts as a fault from the end of its validity, unless its level is
+    `evacuate` or `fault`: these two levels stay as they are.
 
     level : the level in the new decision, of the site or of an area
     before : the level in the previous decision; None if there is none, or if its start is unknown

@@ -325,7 +325,8 @@ def _glances(facets: Facets, arc: Arc, approach: float) -> bool:
 def _entry_time(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
     """Return the time (s) when an arc enters facet f, if the arc crosses the plane of f at time t (s), but outside f.
 
-    Return inf if the arc crosses no edge of the facet after t, or is then too far below the plane.
+    Return inf if the arc crosses no edge of the facet after t, if it is then too far below the plane, or if it falls
+    back onto the plane outside the facet.
 
     The planes of two facets with a common edge are known only to rounding. A glancing arc may cross the plane of each
     facet just outside this facet, and would then pass between the two facets. So the arc meets facet f where it

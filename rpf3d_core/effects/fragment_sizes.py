@@ -145,9 +145,9 @@ def share_at(cascade: Cascade, rank: int) -> float:
 
 @kernel
 def count_from(cascade: Cascade, least: float) -> int:
-    """Return the number of fragments that are large enough to be simulated.
+    """Return how many fragments of a rock are large enough to be simulated.
 
-    least : the smallest share (-) of a fragment to simulate, > 0
+    cascade : the size law; least : smallest volume of a simulated fragment, as a share of the rock's volume (-), > 0
     """
     count = 0
     while share_at(cascade, count + 1) >= least:

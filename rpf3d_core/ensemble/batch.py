@@ -136,7 +136,7 @@ def _sorted_rows(rows: IntArray) -> IntArray:
 
 
 def _stacked(arrays: Sequence[Any]) -> Any:
-    """Return arrays with the records of rocks joined into one array, along the first axis.
+    """Join arrays with the records of rocks along their first axis, and return the joined array.
 
     Empty arrays are skipped, because they may lack the columns of spin or shape. If all are empty, the result is empty.
     """

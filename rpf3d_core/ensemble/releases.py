@@ -243,7 +243,7 @@ def _spread(half: Vec, purposes: Sequence[Purpose], seed: int, number: int, rock
 def _along(points: FloatArray, breaks: Sequence[int], share: FloatArray) -> FloatArray:
     """Return points (R, 3) m on a line source through points (P, 3) m, at given shares (R,) of the line's length.
 
-    breaks : numbers of points, from 0, from which no line leads to the next point
+    breaks : indices of the points after which the line is interrupted; gaps do not count in its length
     """
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     steps[list(breaks)] = 0.0

@@ -101,10 +101,10 @@ def words_on_friction(materials: Sequence[str]) -> str:
 
 
 def unused_materials(scene: Scene, zones: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Return the materials that no zone has, by name, each with the materials that its zones have instead.
+    """Return, for each material that no zone uses, the materials that are used in the zones that it fits (all by name).
 
-    "Its zones" are the zones whose name, or the name of the zone of which they are a part, matches the name or pattern
-    of the material. The tuple of a material is empty if it matches no zone.
+    A material fits a zone if its name or pattern matches the zone, or the zone of which this zone is a part. The tuple
+    of a material is empty if it fits no zone.
 
     zones : names of the zones that have facets
 

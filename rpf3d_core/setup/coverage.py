@@ -1,4 +1,4 @@
-"""Find the part of a polygon that lies on the terrain in plan, to refuse or warn about misplaced polygons."""
+"""Measure how much of a polygon lies on the terrain in plan, to refuse or warn about misplaced polygons."""
 
 import numpy as np
 from shapely.geometry import MultiPolygon

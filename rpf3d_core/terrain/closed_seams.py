@@ -103,9 +103,10 @@ def may_have_seams(sides: FloatArray) -> bool:
 
 
 def _seams_among(pairs: Near, terrain: Terrain) -> tuple[float, Near]:
-    """Return the crack width (m) of a terrain, and the pairs that are seams: wider than a crack, and not too wide.
+    """Return the crack width (m) of a terrain, and the pairs that are seams.
 
-    The crack width is 0 if no pair is narrow enough; on a large terrain, computing the width takes time.
+    A seam is wider than a crack, but narrow enough to be reported (`_is_seam`) or closed (`may_be_closed`). If no pair
+    is narrow enough, the crack width is not computed, which would take time on a large terrain: it is then 0.
 
     pairs : all vertices close to sides of the rim
     """

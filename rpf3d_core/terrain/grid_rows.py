@@ -59,7 +59,7 @@ def grid_mesh(
     memory : allocates the arrays of the mesh; share : runs functions, possibly in parallel (both: `jit.memory`)
     origin : origin of the local frame (m); None for the middle of the points' box, in whole metres
     longest_edge : m, longest allowed side of a triangle in plan; triangles with longer sides are left out. None for no
-        limit: in the grid of a scanner, distant points are far apart
+        limit, for example for the grid of a scanner, whose points are far apart at a great distance
 
     Raises TerrainError if no square has four points, if every triangle has too long a side, or if a point is infinite.
     """

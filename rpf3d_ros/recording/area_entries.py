@@ -55,9 +55,10 @@ class AreaEntries:
         yield self._times.at(stamp_ns, lambda r: r.places("equipment", positions), "areas/equipment")
 
     def outlines(self, array: Any) -> Iterator[RecordingEntry]:
-        """Yield entries that draw each changed outline of an area, and delete the outlines that are not in the message.
+        """Yield the entries of a message of areas/outlines: draw changed outlines, delete outlines that it lacks.
 
-        The entries have the current time, because the answer to older sources may contain newer areas.
+        The entries have the time of its reception, not its stamp, because an answer to older sources may contain newer
+        areas.
         """
         areas = by_name(outlines_of_markers(array, self._frame), AREAS, "name")
         for name in sorted(self._outlined - set(areas)):

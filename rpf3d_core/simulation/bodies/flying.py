@@ -90,10 +90,11 @@ def _free_flight(
 def _next_path(
     body: Body, room: BodyRoom, locator: Any, physics: Physics, ride: Ride, rock: RockContext
 ) -> Path:  # fmt: skip
-    """Return the next free flight of a body, up to a contact, an obstacle or a cap.
+    """Return the next free flight of a body, up to a contact, an obstacle or a cap, or to a limit of `Path`.
 
-    Before the flight, the air acts for half of the planned duration. If the flight ends in the first half of the
-    planned duration, it is computed again with a shorter planned duration, as in `parabola.next_parabola`.
+    Before the flight, the drag of half of the planned duration is applied; `fly_on` applies the rest afterwards. If the
+    flight ends in the first half of the planned duration, this drag was too much, so the flight is computed again with
+    a shorter planned duration, as in `parabola.next_parabola`.
     """
     effects, motion = physics.effects, ride.motion
     longest = longest_flight(effects, motion_of(motion), rock)
