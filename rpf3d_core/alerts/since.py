@@ -34,7 +34,7 @@ def shown_by(part: Alert | AreaAlert | None, decision: Alert | None) -> ShownLev
 
 
 def since_of(level: Level, before: ShownLevel | None, now_ns: int) -> Since:
-    """Return when the level of a new decision began to be shown without interruption, and when it was last normal.
+    """Return when the level of a new decision began to be shown without interruption, and when it ceased to be normal.
 
     If the previous decision has expired, it counts as a fault from the end of its validity, unless its level is
     `evacuate` or `fault`: these two levels stay as they are.

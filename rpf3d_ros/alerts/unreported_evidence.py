@@ -86,7 +86,7 @@ class CheckedPlaces:
     reports_danger : True if the answer to `main_ns` shows danger, or is missing: then a level or another fault is shown
     reports_none : True if the answer to `main_ns` shows that there is no danger at all reported places of the topic
     has_danger : True from an answer that shows danger, or does not include all sources, until the answers to all
-        places of the topic show no danger (`end_danger`); stamps that become invalid do not change this value
+        places of the topic show no danger (`settle`); stamps that become invalid do not change this value
     evidence : the last answer to unreported places that counts
     shown : the last values of `where`, each with the places (x, y, z) (m) that it describes
     """
@@ -139,20 +139,16 @@ class CheckedPlaces:
         return bool(self.stands or self.is_dangerous or self.expected or self.why_failed)
 
     def settle(self) -> None:
-        """Set `stands` to True after a dangerous answer; set it to False once the danger has ended.
+        """Set `stands` and, once the danger has ended, `has_danger`, after an answer or the end of the places.
 
-        The danger has ended if the places are harmless or have ended, and the message without the places is answered.
+        `stands` becomes True after a dangerous answer. It becomes False if the places are harmless or have ended, and
+        the message without the places is answered. `has_danger` becomes False if all places of the topic are answered
+        and show no danger; otherwise a place that changes between reported and unreported would be in no answer.
         """
         if self.is_dangerous:
             self.stands = True
         elif self.main_ns >= self.judged_ns:
             self.stands = False
-
-    def end_danger(self) -> None:
-        """Set `has_danger` to False if all places of the topic are answered and show no danger.
-
-        Otherwise a place that changes between reported and unreported would be in no answer.
-        """
         if self.reports_none and not self.is_unsettled and self.main_ns >= self.changed_ns:
             self.has_danger = False
             if self.danger_ns == ALWAYS:
@@ -280,7 +276,6 @@ class UnreportedEvidence:
             one.is_dangerous, one.why_failed, one.is_due = False, "", False
             one.changed_ns = max(one.received_ns, stamp_ns)
             one.settle()
-            one.end_danger()
         self._changed()
 
     def suspect(self, topic: str) -> None:
@@ -311,7 +306,6 @@ class UnreportedEvidence:
                 if not evidence.faults:
                     one.why_failed, one.is_due = "", False
             one.settle()
-            one.end_danger()
 
     def note_reported(self, topic: str, evidence: Evidence, is_whole: bool = True) -> None:
         """Note an answer to the sources that a topic reports, or the fault that there is no answer.
@@ -336,7 +330,6 @@ class UnreportedEvidence:
             if is_newest:
                 one.reports_none = is_whole and (is_harmless or not evidence.sources)
             one.settle()
-            one.end_danger()
 
     def faults(self) -> dict[str, str]:
         """Return the fault of each topic with dangerous or unjudged unreported places as a sentence, by topic."""
@@ -348,16 +341,14 @@ class UnreportedEvidence:
     def _fault_of(self, topic: str, one: CheckedPlaces, now_ns: int) -> str:
         """Return the fault of a topic, "" for none; now_ns : current time (ns)."""
         late = [each for each in one.expected if now_ns >= each.until_ns]
-        if one.is_ended and (one.stands or one.is_open):
-            return MAY_LAST.format(topic)
         if one.why_failed:
             verdict = f"could not be simulated ({one.why_failed})"
-        elif one.stands or (one.is_open and one.expected):
+        elif (one.stands and not one.is_ended) or (one.is_open and one.expected):
             verdict = "may reach a limit of the site"
         elif late:
             verdict = f"have not been simulated within {late[0].time_limit}"
         else:
-            return MAY_LAST.format(topic) if one.is_open else ""
+            return MAY_LAST.format(topic) if one.stands or one.is_open else ""
         return f"{_begin(topic, one.where)} {verdict}: {REMEDY}"
 
     def _is_harmless(self, evidence: Evidence) -> bool:

@@ -212,9 +212,10 @@ class ReportedPlaces:
             self._note(topic, empty)
             return Update(trigger, is_ended=bool(len(known.unreported)), is_nothing=True)
         number = _part_number(known, stamp_ns)
-        is_resumed, was_suspect = stamp_ns > 0 and stamp_ns == known.empty_ns, known.was_suspect
+        is_resumed = stamp_ns > 0 and stamp_ns == known.empty_ns
         if is_resumed and len(known.before_empty):
-            known, is_suspect = known._replace(unreported=known.before_empty, is_due=True), is_suspect or was_suspect
+            is_suspect = is_suspect or known.was_suspect
+            known = known._replace(unreported=known.before_empty, is_due=True)
         parts, reported_before = NOWHERE, known.reported
         if number:
             parts, reported_before = _parts_and_before(known.reported, new, stamp_ns)
@@ -232,8 +233,10 @@ class ReportedPlaces:
             too_many = too_many or (f"more than {MOST:,} places" if is_suspect else "")
             unreported = unreported.only(slice(-MOST, None))
         self._note(topic, TopicPlaces(reported=new, unreported=unreported, stamp_ns=stamp_ns, parts=number))
-        update = Update(trigger, too_many=too_many, are_parts=are_parts)
-        update = update._replace(is_resumed=is_resumed, was_suspect=is_resumed and was_suspect)
+        update = Update(
+            trigger, too_many=too_many, are_parts=are_parts, is_resumed=is_resumed,
+            was_suspect=is_resumed and known.was_suspect,
+        )  # fmt: skip
         if is_same or not len(unreported):
             return update._replace(is_ended=not is_same and bool(len(known.unreported)))
         checked = replace(unreported.trigger(stamp_ns, topic), is_unreported=True)

@@ -119,7 +119,7 @@ def _declare(node: Node, about: Field[Any], fixed: bool) -> None:
 
 def _why_refused(node: Node, about: Field[Any]) -> str:
     """Return a sentence about the given value of a parameter, which has the wrong type or is outside its range."""
-    given = getattr(node, "_parameter_overrides", {})[about.name].value  # rclpy has no public name for the given values
+    given = _given(node)[about.name].value
     sentence, kind = f"parameter {about.name} is {given!r}; it must be", _kind(_as_ros(about.default))
     if _kind(given) == kind:
         low, high = about.metadata["low"], about.metadata["high"]
@@ -156,12 +156,16 @@ def _as_ros(default: Any) -> Any:
 
 
 def _warn_of_unknown(node: Node, known: list[str]) -> None:
-    given = getattr(node, "_parameter_overrides", {})  # rclpy has no public name for the given parameters
-    for name in given:
+    for name in _given(node):
         if name not in (*known, *SHARED) and not _is_ros_own(name):
             near = get_close_matches(name, known, n=1)
             hint = f"; did you mean {near[0]}?" if near else ""
             node.get_logger().warning(f"this node has no parameter {name}, so its value has no effect{hint}")
+
+
+def _given(node: Node) -> dict[str, Parameter]:
+    """Return the parameters that the user gave, by name."""
+    return getattr(node, "_parameter_overrides", {})  # rclpy has no public name for them
 
 
 def _is_ros_own(name: str) -> bool:
