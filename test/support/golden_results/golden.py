@@ -11,8 +11,9 @@ An entry is a scene of golden_scenes.py, which the command line flies, or the RO
 golden_digests.py defines the digested parts of a result.
 
 The digests are valid for one kind of machine: another processor, NumPy or C library may round the last bit of a sine
-differently. golden.json therefore contains a fingerprint of the machine that made the digests. On a machine with
-another fingerprint nothing is compared.
+differently. The command therefore runs without the instruction sets that only some processors have (AVX-512).
+golden.json also contains a fingerprint of the machine that made the digests; on a machine with another fingerprint
+nothing is compared.
 """
 
 import argparse
@@ -20,6 +21,7 @@ import io
 import json
 import math
 import os
+import subprocess
 import sys
 import tempfile
 import time
@@ -43,6 +45,8 @@ SESSION = "ros_session"
 RESULTS = "results"
 """Folder of an entry's results, inside the folder of the engine."""
 NAMES = (*ENTRIES, SESSION)
+WIDE = ("X86_V4", "AVX512")
+"""Beginnings of the names of NumPy's instruction sets that only some x86 processors have."""
 LIBRARIES = ("numpy", "vtk", "shapely")
 """Libraries whose version may change bits, or the order of the corners of a polygon."""
 
@@ -117,6 +121,16 @@ def _made_on(name: str, engine: str, folder: Path) -> Digests:
     rocks = ("--rocks", ENTRIES[name].rocks) if ENTRIES[name].rocks else ()
     command("run", ENTRIES[name].write(folder), "--out", folder / RESULTS, "--engine", engine, *rocks)
     return digests_of(folder / RESULTS)
+
+
+def common_instructions() -> dict[str, str]:
+    """Return environment variables with which NumPy uses only instructions that all common processors have.
+
+    The result is empty if this process already does so.
+    """
+    used = np.show_config("dicts")["SIMD Extensions"].get("found", ())
+    wide = [name for name in used if name.startswith(WIDE)]
+    return {"NPY_DISABLE_CPU_FEATURES": " ".join(wide)} if wide else {}
 
 
 def fingerprint() -> dict[str, str]:
@@ -233,4 +247,7 @@ def main(words: Sequence[str] | None = None) -> int:
 if __name__ == "__main__":
     sys.path.insert(0, str(ROOT))  # this tree, not an installed one
     os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
+    if instructions := common_instructions():
+        again = [sys.executable, "-m", "golden_results.golden", *sys.argv[1:]]
+        sys.exit(subprocess.run(again, env=os.environ | instructions, check=False).returncode)
     sys.exit(main())
