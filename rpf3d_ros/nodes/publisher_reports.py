@@ -18,6 +18,7 @@ from rpf3d_ros.engine.publisher_watch import (
     sentences_by_topic,
 )
 from rpf3d_ros.engine.station import Station
+from rpf3d_ros.engine.unlisted_sensors import unlisted_findings, unlisted_topics
 from rpf3d_ros.interface.health_report import HealthReport
 from rpf3d_ros.interface.parameters import SensorTopics, SimulatorParameters
 from rpf3d_ros.interface.recorded_topics import CLOUD, POSES, TOPICS
@@ -65,6 +66,7 @@ class PublisherReports:
         station, health : receive the faults, and the state of the part `inputs` of the diagnostics
         """
         self._node, self._station, self._health = node, station, health
+        self._sensors = parameters.sensors
         self._watched = watched_topics(inputs, parameters.sensors)
         self._watch = PublisherWatch(self._watched, parameters.publisher_overlap)
         sensors = (topic for topic in self._watched if topic.group == SENSORS)
@@ -92,12 +94,23 @@ class PublisherReports:
             self._station.report_fault(f"publishers: {topic}", sentence)
         for topic, sentence in sentences_by_topic(mute, self._may_be_mute).items():
             self._station.report_fault(f"mute: {topic}", sentence)
-        self._report([*wrong, *mute], seen)
+        self._report([*wrong, *mute, *self._unlisted()], seen)
 
     def understood(self, topic: str) -> None:
         """Record that a message of a topic was accepted; the fault of a mute topic then ends at the next check."""
         for each in self._mute:
             each.understood(topic)
+
+    def _unlisted(self) -> list[PublisherFinding]:
+        """Return a warning for each topic that looks like sources of a sensor, but that no simulator receives."""
+        received = [self._node.resolve_topic_name(topic.name) for topic in self._watched]
+        graph, namespace = self._node.get_topic_names_and_types(), self._node.get_namespace()
+        found = unlisted_topics(graph, self._sensors, received, namespace)
+        publishers = {topic: [one.node for one in self.of(topic)] for topic in found}
+        receivers = {
+            topic: [one.node_name for one in self._node.get_subscriptions_info_by_topic(topic)] for topic in found
+        }
+        return unlisted_findings(found, publishers, receivers, self._node.get_name())
 
     def _report(self, findings: Sequence[PublisherFinding], seen: Mapping[str, Sequence[SeenPublisher]]) -> None:
         """Report all findings in the diagnostics, with the number of publishers of each topic."""

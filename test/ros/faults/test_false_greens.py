@@ -12,7 +12,7 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Bool
 
 from rpf3d_ros.interface.qos import EVENTS
-from rpf3d_ros.messages.health import ERROR
+from rpf3d_ros.messages.health import ERROR, WARN
 from rpf3d_ros.messages.survey_mesh import grid_mesh
 from rpf3d_ros.messages.terrain_messages import MeshSurvey, cdr_of_mesh
 
@@ -166,6 +166,17 @@ def test_two_publishers_of_one_topic_are_a_fault(mine, topic, kind, sentence):
     mine.wait_for_alert("fault", before, sentence)
     mine.node.destroy_publisher(publisher)
     mine.wait_for_alert("normal", len(mine.alerts))
+
+
+def test_a_radar_that_is_not_listed_is_a_warning(mine):
+    calm(mine)
+    publisher = mine.node.create_publisher(PoseArray, "radar_c/sources", EVENTS)
+    sentence = "/radar_c/sources of /mine is not received: if it is a sensor, add it to source_topics"
+    inputs = "rpf3d_simulator: inputs"
+    mine.wait(lambda: (said := mine.health.get(inputs)) and sentence in said.message, "the warning")
+    assert mine.health[inputs].level[0] == WARN
+    mine.node.destroy_publisher(publisher)
+    mine.wait(lambda: sentence not in mine.health[inputs].message, "the end of the warning")
 
 
 def test_nothing_seen_by_one_sensor_clears_nothing_that_another_saw_and_harmless_sources_dilute_none(mine):

@@ -120,6 +120,15 @@ class DryRosNode:
     def get_namespace(self) -> str:
         return "/"
 
+    def get_name(self) -> str:
+        return "rpf3d_simulator"
+
+    def get_topic_names_and_types(self) -> list[tuple[str, list[str]]]:
+        return []
+
+    def resolve_topic_name(self, topic: str) -> str:
+        return f"/{topic}"
+
     def get_clock(self) -> Any:
         return SimpleNamespace(now=lambda: SimpleNamespace(nanoseconds=self._now_ns()))
 
