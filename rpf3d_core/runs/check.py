@@ -34,6 +34,7 @@ from rpf3d_core.setup.warnings.wrong_coordinates import placing_hints, placing_n
 from rpf3d_core.simulation.engines import Reference
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.mesh.faults import FaultReport
+from rpf3d_core.terrain.zones import zones_with_facets
 
 MOST_CHECKED = 50_000
 """Approximate largest number of rocks whose start is checked, so that a check takes seconds.
@@ -162,7 +163,7 @@ def check_scene(scene: Scene, show: Shown | None = None) -> Check:
         measured=measured_sizes(scene),
         observed=observed,
         calibrated=unknowns_in_words(scene),
-        idle=tuple(unused_materials(scene, prepared.terrain.zones)),
+        idle=tuple(unused_materials(scene, zones_with_facets(prepared.terrain))),
     )
     return _with_pilot(report, prepared, releases) if report.fit else report
 

@@ -1,5 +1,6 @@
 """Tests that `rpf3d check` reads the observations of a calibration and reports those outside the terrain."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +28,7 @@ ground: sliding
 engine: reference
 observed: {points_file: stops.csv, along: [1, 0, 0], sections: {low: [20, null]}}
 """
+ALL = "{normal_restitution: 0.3, tangential_restitution: 0.7, friction_angle_deg: 30}"
 CALIBRATION = """\
 calibration:
   unknowns: {materials.default.normal_restitution: {min: 0.2, max: 0.6}}
@@ -108,6 +110,16 @@ def test_check_leaves_out_the_unknowns_of_a_material_that_no_surface_has(tmp_pat
     report = check_scene(read_scene(path))
     assert report.idle == ("default",) and report.scene.unknowns is not None
     assert report.scene.unknowns.describe(report.idle) == "64 parameter sets of materials.terrain.normal_restitution"
+
+
+def test_check_leaves_out_the_material_of_a_zone_whose_facets_polygons_have_taken(tmp_path: Path) -> None:
+    path = written(tmp_path, "zones: [{zone: all, polygons: all.geojson}]\n")
+    path.write_text(path.read_text().replace("materials: {", f"materials: {{all: {ALL}, "))
+    ring = [[-1, -1], [51, -1], [51, 51], [-1, 51], [-1, -1]]
+    feature = {"type": "Feature", "properties": {}, "geometry": {"type": "Polygon", "coordinates": [ring]}}
+    text = json.dumps({"type": "FeatureCollection", "features": [feature]})
+    (tmp_path / "all.geojson").write_text(text)
+    assert check_scene(read_scene(path)).idle == ("default",)
 
 
 def test_a_normal_prior_is_described() -> None:
