@@ -1,5 +1,6 @@
 """Tests of the sizes of fragments: balance of volume and surface; harder impacts give more and smaller fragments."""
 
+import cProfile
 import math
 
 import numpy as np
@@ -28,7 +29,9 @@ def effect(least_volume: float = 1e-4, least_ratio: float = 0.0) -> Fragmentatio
     )
 
 
-def pieces_at(speeds: np.ndarray, volume: float, least_volume: float = 1e-4) -> tuple[list[np.ndarray], float, float]:
+def pieces_at(
+    speeds: np.ndarray, volume: float, least_volume: float = 1e-4, compiled: bool = True
+) -> tuple[list[np.ndarray], float, float]:
     """Let rocks of one volume (m3) break, each at one of the speeds (K,) m/s.
 
     Return the volumes (m3) of the fragments of each rock, the mass (kg) of all dust, and the mass (kg) of one rock.
@@ -38,7 +41,7 @@ def pieces_at(speeds: np.ndarray, volume: float, least_volume: float = 1e-4) -> 
     ones, zero, up = np.ones(count), np.zeros((count, 3)), np.tile((0.0, 0.0, 1.0), (count, 1))
     rocks = Releases(np.zeros(count, dtype=np.int64), np.arange(count), zero, zero, mass * ones, radius * ones)
     broken = Broken(np.arange(count), np.zeros(count), zero, speeds[:, None] * up, up)
-    made, dust = pieces_of(effect(least_volume), 7, rocks, broken, {})
+    made, dust = pieces_of(effect(least_volume), 7, rocks, broken, {}, compiled)
     return [made.mass[made.rock == k] / DENSITY for k in range(count)], dust / DUST_UNITS, mass
 
 
@@ -138,6 +141,24 @@ def test_both_engines_make_the_same_pieces():
     assert compiled[1] == plain[1] and len(compiled[0].x) > 10 * count
     for name in ("source", "rock", "x", "v", "mass", "radius", "piece", "t"):
         assert np.array_equal(getattr(compiled[0], name), getattr(plain[0], name)), name
+
+
+def test_no_python_code_runs_for_each_fragment():
+    """Otherwise a fragment costs several times as much as the flight of a rock."""
+    few, many = (calls_for_pieces(least_volume, compiled=True) for least_volume in (1e-3, 1e-6))
+    assert many[1] > 50 * few[1] > 1_000 and many[0] <= few[0] + 10
+    called, made = calls_for_pieces(1e-3, compiled=False)
+    assert called > made, "Python code for each fragment is counted"
+
+
+def calls_for_pieces(least_volume: float, compiled: bool) -> tuple[int, int]:
+    """Make the fragments of 20 rocks; return the number of Python calls, and the number of fragments."""
+    pieces_at(np.full(1, 20.0), 0.3)  # compiles
+    profile = cProfile.Profile()
+    profile.enable()
+    pieces, _, _ = pieces_at(np.full(20, 20.0), 0.3, least_volume, compiled)
+    profile.disable()
+    return sum(entry.callcount for entry in profile.getstats()), sum(map(len, pieces))
 
 
 @pytest.mark.long
