@@ -6,16 +6,17 @@ tests at three sites.
 
 On this page a *block* is a real rock of a field test, and a *rock* is simulated. A *stop* is the place where a block
 stopped. The page compares four [models](physics.md): `constant` and `coulomb_limited`, in which a rock is a point; the
-rigid sphere; and [rocks with a shape](#rocks-with-a-shape).
+rigid sphere; and [rocks with a shape](#rocks-with-a-shape). For the single impacts at
+Chant Sura, it also compares the other rebound models.
 """
 
 VERDICT = """**No, not on a slope where the model was not calibrated.** Calibrate on rocks that fell on your slope. If
 no rocks fell there, use ranges for the coefficients, and accept wide intervals.
 
-- **Coefficients from books give no reliable prediction.** With points and spheres, the error of the mean runout is
-  {book_low:+.0f} to {book_high:+.0f} m at Authume (mean runout of the field: 44 m) and {meadow_low:+.0f} to
-  {meadow_high:+.0f} m at Tschamut (field: 92 m). At Tschamut, the error of another open program, without calibration,
-  is {bar:+.0f} m (point) and {bar_sphere:+.0f} m (sphere).
+- **Coefficients from books give no reliable prediction.** With points and spheres, the error of the mean runout
+  (at Authume: of the mean x, along the profile) is {book_low:+.0f} to {book_high:+.0f} m at Authume (field: 44 m) and
+  {meadow_low:+.0f} to {meadow_high:+.0f} m at Tschamut (field: 92 m). At Tschamut, the error of another open program,
+  without calibration, is {bar:+.0f} m (point) and {bar_sphere:+.0f} m (sphere).
 - **After calibration, the intervals of points and spheres contain too few stops across the slope.** At Authume the
   lateral standard deviation of their rocks is {side_low:.1f} to {side_high:.1f} m (field: {field_side:.1f} m). Across
   the slope, 90 % intervals contain only {across_quarry_low} to {across_quarry_high} of the 41 stops that were kept out
@@ -41,10 +42,10 @@ no rocks fell there, use ranges for the coefficients, and accept wide intervals.
   {held_at_quarry} of 41 stops.
 - **Values from single impacts give no reliable prediction either.** With these values, the errors of the first three of
   these models are {impacts_quarry} m at Authume and {impacts_meadow} m at Tschamut.
-- **With ranges of the library, intervals along the slope contain most stops before any calibration**: {library_quarry}
-  of 41 at Authume and {library_meadow} of 18 at Tschamut, depending on the model. But most of these intervals [have no
-  far end](#do-predicted-intervals-contain-the-observed-stops). Across the slope they contain as few as
-  {library_across}.
+- **With ranges of rpf3d's library of ground, intervals along the slope contain most stops before any calibration**:
+  {library_quarry} of 41 at Authume and {library_meadow} of 18 at Tschamut, depending on the model. But most of these
+  intervals [have no far end](#do-predicted-intervals-contain-the-observed-stops). Across the slope they contain as few
+  as {library_across}.
 """
 
 METHOD = """## How are field and simulation compared?
@@ -52,9 +53,10 @@ METHOD = """## How are field and simulation compared?
 writes the page from the last measurement.
 
 - **Models**: `constant` and `coulomb_limited` with `ground: sliding`; the rigid sphere is `rock.shape: sphere` with
-  `ground: sphere`; rocks with a shape have `contact: rigid`.
-- **Published values** come from two libraries. They are values for ground with the same description, and were chosen
-  without knowledge of the stops. 10,000 rocks at Authume and 9,000 at Tschamut fly with one value for each coefficient.
+  `ground: sphere`, and its rebound model is `coulomb_sphere`; rocks with a shape have `contact: rigid`.
+- **Published values** come from [two libraries](#which-published-values-are-used). They are values for ground with the
+  same description, and were chosen without knowledge of the stops. 10,000 rocks at Authume and 9,000 at Tschamut fly
+  with one value for each coefficient.
 - **Calibrated** is a sample of parameter sets from `rpf3d calibrate`, with one value of each coefficient for the whole
   site, and at most one hour for each calibration. `python docs/field_cases/scenes.py FOLDER` writes the scenes. 64 sets
   of the sample fly over the slope of their calibration, with 200 rocks each at Authume and 216 at Tschamut. (At
@@ -68,7 +70,7 @@ writes the page from the last measurement.
 - **Contained**: a 90 % interval contains a stop if 5 to 95 % of the predicted rocks stop before this stop, along or
   across the slope. In tables of kept-out stops, the intervals come from a smoothed distribution of the simulated stops,
   without the rocks that did not stop. All other tables count rocks that did not stop as beyond every stop along the
-  slope, so their counts differ a little.
+  slope, so their counts differ a little. At Tschamut the counts differ more, for a [second reason](#tschamut-2014).
 - **One basis**: the same functions evaluate field and simulation. All distances start at the mean drop point
   (Authume) or at the run's release (Tschamut), also for rocks that are released next to this place. For a rock that
   left the terrain, the distance to the boundary counts, although the rock would have gone farther.
@@ -191,6 +193,7 @@ energy before it.
   the calibration the slope is one more parameter.
 - **The spin before an impact is unknown.** The tables assume 0 and, for the six impacts, also 27 rad/s forwards. This
   is the mean of four values of Lu et al. 2019 for such a block. A point has no spin.
+- **`angle_table`** has `law: wyllie` in the tables.
 
 **Where the models fail.**
 - In one of the six impacts the translational energy is larger after the impact than before (ratio 1.11), because spin

@@ -13,9 +13,9 @@ All stops of a site lie on the same ground, so they are not independent trials. 
 """
 
 BOOKS = """### With ranges from the library, before any calibration
-The entries of the library were chosen by the description of the ground. At Authume they are `talus` and `bedrock`, for
-rocks with a shape `ramms_medium` and `ramms_hard`. At Tschamut they are `soil`, for rocks with a shape
-`ramms_medium_soft`.
+The library is [rpf3d's own](../howto/unknown-ground.md#take-ground-from-the-library) (`rpf3d materials` lists it). Its
+entries were chosen by the description of the ground. At Authume they are `talus` and `bedrock`, for rocks with a shape
+`ramms_medium` and `ramms_hard`. At Tschamut they are `soil`, for rocks with a shape `ramms_medium_soft`.
 
 The entries have no friction angle, no rolling friction of spheres and no rolling resistance, so a scene
 [assumes ranges](../howto/unknown-ground.md#take-ground-from-the-library). The assumed ranges are **not independent of
