@@ -131,6 +131,8 @@ def _has_ground_below(triangles: FloatArray, sides: FloatArray) -> bool:
 
     sides : (B, 2, 3) m, border sides without those of the hole
     """
+    if not len(triangles):  # the hole consists of cracks
+        return False
     places, ends = triangles[:, :, :2].mean(axis=1), sides[:, :, :2]
     (west, south), north = places.min(axis=0), places[:, 1].max()
     is_near = (ends[:, :, 1].min(axis=1) <= north) & (ends[:, :, 1].max(axis=1) >= south)

@@ -147,6 +147,25 @@ def test_cracks_and_t_junctions_are_no_gaps():
     assert len(caps_of(terrain_of(soup, np.arange(9).reshape(-1, 3))).corners) == 0
 
 
+def test_t_junctions_that_touch_in_a_tilted_face_are_cracks_without_a_cap():
+    """Middles of sides on a plane, rounded: the cracks at them form one ring, whose border crosses itself in plan."""
+    places = [
+        (0.0, 0.0), (0.0, 2.0), (0.0, 4.0), (1.9942556947236176, 0.0), (2.035715965280745, 1.8970299911447395),
+        (2.193580897485904, 4.025849115346146), (2.5164787153051638, 6.465116218170536),
+        (3.93983382011999, 1.7159365760053729), (4.346942575784555, 3.4518363983070843),
+        (3.7155284571476903, 6.152903123540182), (2.1146484313833245, 2.9614395532454427),
+    ]  # fmt: skip
+    triangles = [
+        (0, 3, 1), (1, 4, 2), (2, 5, 6), (4, 7, 8), (5, 8, 9), (3, 4, 1), (4, 10, 2), (3, 7, 4), (4, 8, 5), (5, 9, 6),
+        (10, 5, 2),
+    ]  # fmt: skip
+    heights = [0.0, 0.0, 0.0, -0.15147350944115892, -0.15462262051065917, -0.16661323704096326, -0.19113891134911845,
+               -0.2992497185428621, -0.33017162695605645, -0.28221262515218937, -0.1606179287758112]  # fmt: skip
+    terrain = terrain_of([(x, y, z) for (x, y), z in zip(places, heights, strict=True)], triangles)
+    assert len(without_steep_rings(border_of(terrain.vertices, terrain.triangles), 1e-6)[1]) == 0
+    caps_of(terrain)
+
+
 def test_ground_below_a_hole_of_other_ground_needs_no_cap():
     hole = masks()["hole"]
     upper, lower = surveyed(hole), surveyed(np.ones_like(hole))
