@@ -449,6 +449,7 @@ class AlertDesk:
     def _is_over(self, now: int) -> bool:
         """True if a new decision must be made: the validity of the last decision has ended or ends soon.
 
+        Also True if unreported places were not simulated in time, which the last decision could not know.
         Also True if there is no decision yet, if decisions had to wait for the clock, or if the last decision is later
         than `now`. The validity of a decision ends at the latest when its evidence becomes stale, so the alert becomes
         a fault at the latest at the first call of `tick` after that time.
@@ -458,7 +459,8 @@ class AlertDesk:
         if self._owed or self.alert is None:
             return True
         early = min(RENEWED_BEFORE, (self.alert.valid_until_ns - self.alert.at_ns) // 2)
-        return now >= self.alert.valid_until_ns - early or now < self.alert.at_ns
+        is_late = self.unreported.has_become_late(self.alert.at_ns, now)
+        return now >= self.alert.valid_until_ns - early or now < self.alert.at_ns or is_late
 
 
 def _once(*sentences: str) -> tuple[str, ...]:

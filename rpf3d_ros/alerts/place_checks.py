@@ -93,16 +93,15 @@ class PlaceChecks:
         self._note_forgotten(update, trigger, now_s)
         if update.trigger is None:
             return []
+        if update.was_suspect:
+            self._checks.suspect(topic)
         if len(trigger.positions):
-            is_further_part = update.trigger.stamp_ns > trigger.stamp_ns
-            self._checks.received(topic, update.trigger.stamp_ns, is_further_part)
+            self._checks.received(topic, update.trigger.stamp_ns, trigger.stamp_ns)
         if update.is_ended:
             self._checks.end(topic, update.trigger.stamp_ns)
             self._end(topic)
         if update.unreported is None:
             return [update.trigger]
-        if update.was_suspect:
-            self._checks.suspect(topic)
         self._checks.expect(update.unreported, update.last_ns)
         return [update.unreported, update.trigger]
 

@@ -1,6 +1,7 @@
 """Keep the evidence of each region (wall), and combine all evidence that is not too old for a decision."""
 
 from collections.abc import Hashable, Mapping, Sequence
+from functools import partial
 from typing import NamedTuple
 
 from rpf3d_core.alerts.evidence import Evidence
@@ -55,6 +56,11 @@ class TopicEvidence(NamedTuple):
         Call this for evidence without sources only. If the stamps are equal, the sources of `other` still count.
         """
         return other.topic == self.topic and other.stamp_ns < self.stamp_ns
+
+
+def _of_topic(every: Sequence[TopicEvidence], topic: str) -> list[Evidence]:
+    """Return the evidence of a topic; every : the evidence of all topics."""
+    return [kept.evidence for kept in every if kept.topic == topic]
 
 
 class RegionEvidence:
@@ -156,7 +162,8 @@ class RegionEvidence:
         known = self._outlines.described(together(parts))
         faults = (*known.faults, *self._topics.silent(oldest, now_ns), *self._scans.faults())
         if self._unreported is not None:
-            faults = (*faults, *self._unreported.faults().values())
+            shown = partial(_of_topic, every)
+            faults = (*faults, *self._unreported.faults(shown).values())
             unreported = self._unreported.parts()
             parts, grounds = [*parts, *unreported], [*grounds, *unreported]
         faults = (*faults, *self._ground.faults(grounds, now_ns))

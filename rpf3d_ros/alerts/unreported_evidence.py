@@ -8,29 +8,19 @@ acknowledge.
 
 import threading
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field
-from typing import NamedTuple
 
 from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.alerts.site_model import EvidenceSpec, Thresholds
 from rpf3d_core.alerts.time_units import ns_of, when
-from rpf3d_core.alerts.unreported import is_judged, may_reach_a_limit
+from rpf3d_core.alerts.unreported import is_judged, possible_levels, shown_levels
 from rpf3d_core.live.triggers import Trigger
+from rpf3d_ros.alerts.checked_places import ALWAYS, ANY, ANYWHERE, CheckedPlaces, Expected, Place
 
-ALWAYS = 2**62
-"""A time (ns) after every stamp."""
-
-ANY = -1
-"""Value of `Expected.stamp_ns` if an answer to the places of any message is expected."""
-
-Place = tuple[float, ...]
-"""Coordinates x, y, z (m) of a place."""
+Shown = Callable[[str], Collection[Evidence]]
+"""A function that returns the answers to the reported sources of a topic on which a decision is made."""
 
 MOST_SHOWN = 20
 """Largest number of sets of unreported places of a topic that are kept: a person may acknowledge an earlier alert."""
-
-MOST_EXPECTED = 100
-"""Largest number of answers that are expected for one topic; a further answer replaces the last, with its deadline."""
 
 REMEDY = (
     "look at the slope and acknowledge; or let the sensor report the places again, or publish an empty message if it "
@@ -42,150 +32,13 @@ REMEDY = (
 
 MAY_LAST = (
     "topic {}: danger was possible, and its newest sources are not answered yet; if this fault stays, the sensor "
-    "reports places faster than they are answered: see evidence.scan_period_s of the site file"
+    "reports places faster than they are answered: {}"
 )
-"""Sentence of a fault without unreported places: the newest answer shows no danger, but may lack a place."""
+"""Sentence of a fault without unreported places: the answers so far show less danger, but may lack a place."""
 
 
-class Expected(NamedTuple):
-    """An expected answer to the unreported places after one message.
-
-    stamp_ns : stamp of the message (ns); ANY if any answer is the expected one
-    digest : digest of the places, as in `Trigger`; "" if it is not known
-    until_ns : time until which the answer must arrive (ns)
-    time_limit : how long the answer may take, and the key of the site file that states it, as the end of a sentence
-    """
-
-    stamp_ns: int
-    digest: str
-    until_ns: int
-    time_limit: str
-
-
-@dataclass
-class CheckedPlaces:
-    """What is known about the unreported places of a topic: answers, expected answers, and whether danger is possible.
-
-    where : which places, and until when they were reported, as a part of a sentence
-    is_ended : True if the topic has no unreported places
-    expected : the answers that are still expected, the oldest first; the places are judged if there is none
-    judged_ns : stamp (ns) of the message whose unreported places the last answer judged, or of the message that ended
-        the places; -1 if they ended without a message, ALWAYS if there is no answer that counts
-    is_dangerous : True if rocks from the places of the last answer may reach a limit
-    stands : True while a danger or fault stands that was shown earlier: until the places are judged harmless or have
-        ended, and the message without the places is answered
-    why_failed : why the places could not be simulated; "" if they could
-    is_due : True if the places must be simulated again for that reason
-    received_ns : stamp (ns) of the newest message of the topic with sources; -1 if there is none
-    main_ns : stamp (ns) of the newest message of the topic whose answer counts; an answer of too few rocks does not
-        count unless it shows danger; -1 if there is none
-    changed_ns : `received_ns` when the unreported places last changed, or when a further part of a scan was received:
-        only an answer to this message or a later one includes the places that it reports again
-    danger_ns : stamp (ns) of the newest message whose answer may reach a limit or is missing; -1 if there is none,
-        ALWAYS if the stamp is no longer valid
-    reports_danger : True if the answer to `main_ns` shows danger, or is missing: then a level or another fault is shown
-    reports_none : True if the answer to `main_ns` shows that there is no danger at all reported places of the topic
-    has_danger : True from an answer that shows danger, or does not include all sources, until the answers to all
-        places of the topic show no danger (`settle`); stamps that become invalid do not change this value
-    evidence : the last answer to unreported places that counts
-    shown : the last values of `where`, each with the places (x, y, z) (m) that it describes
-    """
-
-    where: str = ""
-    is_ended: bool = True
-    expected: list[Expected] = field(default_factory=list)
-    judged_ns: int = ALWAYS
-    is_dangerous: bool = False
-    stands: bool = False
-    why_failed: str = ""
-    is_due: bool = False
-    received_ns: int = -1
-    main_ns: int = -1
-    changed_ns: int = -1
-    danger_ns: int = -1
-    reports_danger: bool = False
-    reports_none: bool = False
-    has_danger: bool = False
-    evidence: Evidence | None = None
-    shown: dict[str, frozenset[Place]] = field(default_factory=dict)
-
-    @property
-    def is_open(self) -> bool:
-        """True if danger was shown and may last, although the answer that counts does not show it.
-
-        The danger may last while places of the topic, reported or unreported, are not answered.
-        """
-        is_unanswered = bool(self.expected) or self.main_ns < self.received_ns
-        return self.has_danger and not self.reports_danger and is_unanswered
-
-    @property
-    def is_suspect(self) -> bool:
-        """True if rocks from the reported or unreported places of the topic may reach a limit, or this is not known."""
-        return self.is_unsettled or self.has_danger or self.main_ns <= max(self.danger_ns, self.received_ns - 1)
-
-    @property
-    def is_in_danger(self) -> bool:
-        """True if danger was shown and did not end, or if it is not known whether there is danger.
-
-        It is not known while a message with sources or new unreported places are not answered. After all answers were
-        forgotten, `is_suspect` is True for every topic, but this property is True only if it was True before.
-        """
-        is_unanswered = self.received_ns > self.main_ns or any(each.stamp_ns != ANY for each in self.expected)
-        return bool(self.has_danger or self.stands or self.is_dangerous or self.why_failed or is_unanswered)
-
-    @property
-    def is_unsettled(self) -> bool:
-        """True if rocks from the unreported places may reach a limit, or this is not known."""
-        return bool(self.stands or self.is_dangerous or self.expected or self.why_failed)
-
-    def settle(self) -> None:
-        """Set `stands` and, once the danger has ended, `has_danger`, after an answer or the end of the places.
-
-        `stands` becomes True after a dangerous answer. It becomes False if the places are harmless or have ended, and
-        the message without the places is answered. `has_danger` becomes False if all places of the topic are answered
-        and show no danger; otherwise a place that changes between reported and unreported would be in no answer.
-        """
-        if self.is_dangerous:
-            self.stands = True
-        elif self.main_ns >= self.judged_ns:
-            self.stands = False
-        if self.reports_none and not self.is_unsettled and self.main_ns >= self.changed_ns:
-            self.has_danger = False
-            if self.danger_ns == ALWAYS:
-                self.danger_ns = -1  # what was dangerous before the stamps became invalid is so no longer
-
-    def expect(self, new: Expected) -> None:
-        """Add an expected answer; if MOST_EXPECTED are expected, `new` replaces the last of them, with its deadline."""
-        if len(self.expected) >= MOST_EXPECTED:
-            last = self.expected.pop()
-            new = new._replace(until_ns=last.until_ns, time_limit=last.time_limit)
-        self.expected.append(new)
-
-    def received(self, evidence: Evidence) -> None:
-        """Note an answer to unreported places, and remove this and all earlier answers from the expected answers.
-
-        The same places may be expected several times, because a message was sent twice, but are simulated once.
-        """
-        digests = [each.digest for each in self.expected]
-        if evidence.sources_digest in digests:
-            del self.expected[: len(digests) - digests[::-1].index(evidence.sources_digest)]
-            self.expected = [each for each in self.expected if each.stamp_ns != ANY]
-        else:  # an answer to places as they were before
-            self.expected = [each for each in self.expected if each.stamp_ns >= evidence.trigger_stamp_ns]
-        self.judged_ns = evidence.trigger_stamp_ns
-
-    def expect_all_again(self, until_ns: int, time_limit: str) -> None:
-        """Discard all answers to the unreported places of this topic; expect a new answer if there are such places.
-
-        If an earlier answer to sources of this topic showed danger, the topic remains suspect.
-
-        until_ns, time_limit : as in `Expected`
-        """
-        self.expected = [] if self.is_ended else [Expected(ANY, digest="", until_ns=until_ns, time_limit=time_limit)]
-        self.danger_ns = ALWAYS if self.danger_ns >= 0 else -1
-        self.reports_danger = self.reports_none = False
-        self.evidence, self.is_dangerous = None, False
-        self.judged_ns = -1 if self.is_ended else ALWAYS
+DANGER = "may reach a limit of the site"
+"""What is said of rocks from unreported places if danger is possible."""
 
 
 class UnreportedEvidence:
@@ -202,6 +55,9 @@ class UnreportedEvidence:
         self._moved_ns, self._moved = self._longest_ns, self._longest
         if terms.moved_area_s < terms.changed_terrain_s:
             self._moved_ns, self._moved = ns_of(terms.moved_area_s), _within(terms, "moved_area_s")
+        self._advice = "report fewer sources, or less often"
+        if terms.scan_period_s is None:
+            self._advice = "see evidence.scan_period_s of the site file"
         self._has_areas = False
         self._topics: dict[str, CheckedPlaces] = {}
         self._lock = threading.Lock()
@@ -219,24 +75,22 @@ class UnreportedEvidence:
         """
         with self._lock:
             one = self._of(trigger.topic)
-            one.where, one.is_ended, one.changed_ns = _where(trigger, last_ns), False, one.received_ns
+            one.where, one.is_ended = _where(trigger, last_ns), False
+            one.set_unreported(trigger.digest)
             until_ns = self._now() + self._longest_ns
             one.expect(Expected(trigger.stamp_ns, trigger.digest, until_ns, self._longest))
             one.shown.pop(one.where, None)
             one.shown[one.where] = frozenset(map(tuple, trigger.positions.tolist()))
             one.shown = dict(list(one.shown.items())[-MOST_SHOWN:])
 
-    def received(self, topic: str, stamp_ns: int, is_further_part: bool = False) -> None:
+    def received(self, topic: str, stamp_ns: int, first_ns: int) -> None:
         """Note a message of a topic with sources, which may be dangerous until they are answered.
 
-        stamp_ns : stamp of the message (ns)
-        is_further_part : True if the message is a further part of a scan, so the answer to the first part lacks places
+        stamp_ns : stamp (ns) of the sources to simulate, which is later for each further part of a scan
+        first_ns : stamp (ns) of the message, which is also that of the first part
         """
         with self._lock:
-            one = self._of(topic)
-            one.received_ns = max(one.received_ns, stamp_ns)
-            if is_further_part:
-                one.changed_ns = one.received_ns
+            self._of(topic).receive(stamp_ns, first_ns)
 
     def watch(self, outlines: Mapping[str, str]) -> None:
         """Set the current areas. If these are the first areas, expect new answers to the unreported places.
@@ -251,6 +105,7 @@ class UnreportedEvidence:
             for one in self._topics.values() if is_first else ():
                 if one.evidence is not None and not one.evidence.areas:
                     one.expect(Expected(stamp_ns=ANY, digest="", until_ns=until_ns, time_limit=self._moved))
+                    one.harmless = ""
 
     def places_of(self, topic: str, shown: Collection[str]) -> frozenset[Place]:
         """Return the unreported places (x, y, z) (m) of a topic that are in the faults of an alert (`shown`)."""
@@ -266,15 +121,17 @@ class UnreportedEvidence:
 
         A fault of these places ends as soon as the message with the stamp `stamp_ns`, or a later message, is answered.
 
-        stamp_ns : stamp of the message that ends the places (ns); -1 to end a fault immediately
+        stamp_ns : stamp of the message that ends the places (ns); -1 to end a fault of unreported places immediately
         """
         now_ns = self._now()
         with self._lock:
             one = self._of(topic)
-            one.stands = bool(self._fault_of(topic, one, now_ns))
+            if stamp_ns < 0 and one.is_ended:
+                return  # a person acknowledged places that were reported again: only the answer to them ends the fault
+            one.stands = bool(_verdict(one, now_ns))
             one.is_ended, one.expected, one.judged_ns, one.evidence = True, [], stamp_ns, None
             one.is_dangerous, one.why_failed, one.is_due = False, "", False
-            one.changed_ns = max(one.received_ns, stamp_ns)
+            one.set_unreported("", stamp_ns)
             one.settle()
         self._changed()
 
@@ -282,7 +139,8 @@ class UnreportedEvidence:
         """Record that the topic had reported danger before a restart."""
         with self._lock:
             one = self._of(topic)
-            one.danger_ns, one.has_danger = ALWAYS, True
+            one.danger_ns = ALWAYS
+            one.raise_danger(ANYWHERE)
 
     def note(self, topic: str, evidence: Evidence) -> None:
         """Note an answer to the unreported places of a topic, or the fault that there is no answer.
@@ -292,17 +150,22 @@ class UnreportedEvidence:
         because some places are over a hole, judges nothing, but may show danger. An answer that comes too late, when
         the places have changed, only shows that the topic had danger.
         """
-        is_danger = may_reach_a_limit(evidence, self._thresholds)
+        levels = possible_levels(evidence, self._thresholds)
+        is_harmless = not (levels or evidence.faults) and self._is_harmless(evidence)
         with self._lock:
             one = self._of(topic)
-            one.has_danger = one.has_danger or is_danger
+            one.raise_danger(levels, evidence.trigger_stamp_ns)
+            if is_harmless:
+                one.harmless = evidence.sources_digest
+            elif one.harmless == evidence.sources_digest:
+                one.harmless = ""
             if one.is_ended or (one.judged_ns != ALWAYS and evidence.trigger_stamp_ns < one.judged_ns):
                 return
             if evidence.faults:
                 one.why_failed, one.is_due = evidence.faults[0], not evidence.areas
-            if is_danger or (not evidence.faults and self._is_harmless(evidence)):
-                one.received(evidence)
-                one.evidence, one.is_dangerous = evidence, is_danger
+            if levels or is_harmless:
+                one.answered(evidence)
+                one.evidence, one.is_dangerous = evidence, bool(levels)
                 if not evidence.faults:
                     one.why_failed, one.is_due = "", False
             one.settle()
@@ -313,47 +176,65 @@ class UnreportedEvidence:
         is_whole : True if the topic has reported all its places since answers were forgotten (`FirstScans`); only then
             may a harmless answer end an earlier danger
         """
-        is_danger = may_reach_a_limit(evidence, self._thresholds) or not evidence.areas
+        levels = possible_levels(evidence, self._thresholds) if evidence.areas else dict(ANYWHERE)
+        is_judging = is_whole and not evidence.faults and is_judged(evidence, self._thresholds)
+        stamp_ns = evidence.trigger_stamp_ns
         with self._lock:
             one = self._of(topic)
-            counts = is_danger or is_judged(evidence, self._thresholds)
             if not evidence.sources:  # of two messages with one stamp, the message with sources counts
-                counts = evidence.trigger_stamp_ns > one.received_ns
-            is_newest = counts and evidence.trigger_stamp_ns >= one.main_ns
-            if is_newest:
-                one.main_ns, one.reports_danger = evidence.trigger_stamp_ns, is_danger and bool(evidence.sources)
-            if is_danger and evidence.sources:
-                one.danger_ns, one.has_danger = max(one.danger_ns, evidence.trigger_stamp_ns), True
-            if evidence.sources and evidence.faults:  # some sources released no rock: nothing is known about them
-                one.has_danger = True
-            is_harmless = not (is_danger or evidence.faults) and is_judged(evidence, self._thresholds)
-            if is_newest:
-                one.reports_none = is_whole and (is_harmless or not evidence.sources)
+                if stamp_ns > one.received_ns and stamp_ns >= one.main_ns:
+                    one.main_ns, one.reported = stamp_ns, {} if is_whole else None
+                one.settle()
+                return
+            one.raise_danger(levels, stamp_ns)
+            if evidence.faults:  # some sources released no rock: nothing is known about them
+                one.raise_danger(ANYWHERE)
+            if levels:
+                one.danger_ns = max(one.danger_ns, stamp_ns)
+            if stamp_ns >= one.main_ns and (levels or is_judged(evidence, self._thresholds)):
+                one.main_ns = stamp_ns
+                one.reported = levels if is_judging and not one.scans.is_incomplete(stamp_ns) else None
+            elif levels:
+                one.reported = None
             one.settle()
 
-    def faults(self) -> dict[str, str]:
-        """Return the fault of each topic with dangerous or unjudged unreported places as a sentence, by topic."""
+    def faults(self, shown: Shown | None = None) -> dict[str, str]:
+        """Return the fault of each topic with a danger that a decision does not show as a sentence, by topic.
+
+        Such a danger is that of unreported places, or one that was shown before and is not answered completely.
+
+        shown : the answers on which the decision is made; None if the decision shows no danger
+        """
         now_ns = self._now()
         with self._lock:
-            found = {topic: self._fault_of(topic, one, now_ns) for topic, one in self._topics.items()}
+            found = {topic: self._fault_of(topic, one, now_ns, shown) for topic, one in self._topics.items()}
         return {topic: fault for topic, fault in found.items() if fault}
 
-    def _fault_of(self, topic: str, one: CheckedPlaces, now_ns: int) -> str:
-        """Return the fault of a topic, "" for none; now_ns : current time (ns)."""
-        late = [each for each in one.expected if now_ns >= each.until_ns]
-        if one.why_failed:
-            verdict = f"could not be simulated ({one.why_failed})"
-        elif (one.stands and not one.is_ended) or (one.is_open and one.expected):
-            verdict = "may reach a limit of the site"
-        elif late:
-            verdict = f"have not been simulated within {late[0].time_limit}"
-        else:
-            return MAY_LAST.format(topic) if one.stands or one.is_open else ""
-        return f"{_begin(topic, one.where)} {verdict}: {REMEDY}"
+    def _fault_of(self, topic: str, one: CheckedPlaces, now_ns: int, shown: Shown | None) -> str:
+        """Return the fault of a topic, "" for none; now_ns : current time (ns); shown : as in `faults`."""
+        is_hidden = bool(one.danger) and one.is_unanswered and self._is_hidden(one, shown(topic) if shown else ())
+        verdict = _verdict(one, now_ns)
+        if is_hidden and one.expected and not one.why_failed:
+            verdict = DANGER
+        if verdict and not (verdict == DANGER and one.is_ended):
+            return f"{_begin(topic, one.where)} {verdict}: {REMEDY}"
+        return MAY_LAST.format(topic, self._advice) if verdict or is_hidden else ""
+
+    def _is_hidden(self, one: CheckedPlaces, shown: Collection[Evidence]) -> bool:
+        """Return True if a decision on some answers to a topic (`shown`) shows neither its danger nor a fault."""
+        if any(evidence.faults or (evidence.sources and not evidence.areas) for evidence in shown):
+            return False
+        return one.is_hidden(shown_levels(shown, self._thresholds))
 
     def _is_harmless(self, evidence: Evidence) -> bool:
         """Return True if an answer without danger counts: enough rocks flew to judge all areas, or there is no area."""
         return is_judged(evidence, self._thresholds) or not (evidence.areas or self._has_areas)
+
+    def has_become_late(self, since_ns: int, now_ns: int) -> bool:
+        """Return True if an expected answer has become late after `since_ns`, until `now_ns` (both ns)."""
+        with self._lock:
+            until_ns = [each.until_ns for one in self._topics.values() for each in one.expected]
+        return any(since_ns < each <= now_ns for each in until_ns)
 
     def ends_ns(self) -> list[int]:
         """Return the times (ns), later than now, at which expected answers become faults if they do not arrive."""
@@ -391,18 +272,18 @@ class UnreportedEvidence:
         """
         with self._lock:
             for one in self._topics.values():
-                one.has_danger = one.is_in_danger
-                one.received_ns = one.changed_ns = -1
+                one.restart()
 
     def forget(self) -> None:
         """Note that all answers are forgotten; a danger shown earlier stays possible."""
         now_ns = self._now()
         with self._lock:
             for topic, one in self._topics.items():
-                one.stands = bool(self._fault_of(topic, one, now_ns))
-                one.has_danger = one.is_in_danger
+                one.stands = bool(self._fault_of(topic, one, now_ns, None))
+                if one.is_in_danger and not one.danger:
+                    one.raise_danger(ANYWHERE)
                 one.expect_all_again(now_ns + self._longest_ns, self._longest)
-                one.main_ns = -1
+                one.main_ns, one.is_restarted = -1, False
                 one.why_failed, one.is_due = "", False
 
     def lose(self) -> None:
@@ -413,6 +294,16 @@ class UnreportedEvidence:
                 one.expect_all_again(now_ns + self._longest_ns, self._longest)
                 if not one.is_ended:
                     one.why_failed, one.is_due = "their answer was lost", True
+
+
+def _verdict(one: CheckedPlaces, now_ns: int) -> str:
+    """Return as text why unreported places are a fault by themselves, "" if they are none; now_ns : now (ns)."""
+    if one.why_failed:
+        return f"could not be simulated ({one.why_failed})"
+    if one.stands:
+        return DANGER
+    late = [each for each in one.expected if now_ns >= each.until_ns]
+    return f"have not been simulated within {late[0].time_limit}" if late else ""
 
 
 def _begin(topic: str, where: str) -> str:

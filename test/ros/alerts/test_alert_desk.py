@@ -5,6 +5,7 @@ from functools import partial
 from types import SimpleNamespace
 from unittest.mock import MagicMock
 
+import numpy as np
 import pytest
 from programs.waiting import wait_for
 
@@ -148,6 +149,26 @@ def test_nothing_seen_clears_what_was_seen_before_and_nothing_newer(desk):
     desk.decide_on("nobody", nothing_seen(NOW), RADAR)
     wait(lambda: len(reports.alerts) == 3)
     assert reports.alerts[-1].evident == Level.NORMAL
+
+
+def test_unreported_places_that_are_not_simulated_in_time_are_a_fault_at_once(desk):
+    """Also if the last decision was made before they were unreported, and is still valid."""
+    desk, reports, clock = desk
+    desk.decide_on("wall", evidence(sources=1), RADAR)
+    assert decided(reports, 1).level == Level.NORMAL
+    clock.now = NOW + S // 2
+    desk.unreported.expect(trigger_of(np.array([[1.0, 2.0, 3.0]]), np.zeros((1, 3)), None, NOW, RADAR), 0)
+    longest = int(desk.unreported.ends_ns()[0]) - clock.now
+    clock.now += longest - 1
+    desk.tick()
+    serve_all(desk)
+    assert len(reports.alerts) == 1
+    clock.now += 1
+    desk.tick()
+    assert "have not been simulated within 5 s" in decided(reports, 2).faults[0]
+    desk.tick()
+    serve_all(desk)
+    assert len(reports.alerts) == 2, "decided once"
 
 
 def test_evidence_for_the_former_place_of_an_area_is_a_fault_until_it_is_answered_again(desk):

@@ -11,8 +11,8 @@ import numpy as np
 from live_sites.alert_evidence import FLOWN, NOW, S, area, evidence, site
 
 from rpf3d_core.live.triggers import trigger_of
+from rpf3d_ros.alerts import checked_places, unreported_places
 from rpf3d_ros.alerts import place_checks as place_checks_module
-from rpf3d_ros.alerts import unreported_evidence, unreported_places
 from rpf3d_ros.alerts.first_scans import FirstScans
 from rpf3d_ros.alerts.place_checks import PlaceChecks
 from rpf3d_ros.alerts.source_topics import BY_HAND, SourceTopics
@@ -311,11 +311,21 @@ def answered(second, *areas, **facts):
 
 
 class Checked(UnreportedEvidence):
-    """`UnreportedEvidence` with a clock that stands at `at` (s after NOW)."""
+    """`UnreportedEvidence` with a clock that stands at `at` (s after NOW).
+
+    Decisions are made on the last answer to reported sources (`last`), as for a sensor that sees one wall.
+    """
 
     def __init__(self):
         super().__init__(site(), lambda: NOW + self.at * S, lambda: None)
-        self.at = 0
+        self.at, self.last = 0, ()
+
+    def note_reported(self, topic, evidence, is_whole=True):
+        super().note_reported(topic, evidence, is_whole)
+        self.last = (evidence,)
+
+    def faults(self):
+        return super().faults(lambda topic: self.last)
 
     def expect_places(self, second, *places, last=0):
         """Expect an answer to places after a message with the stamp `second`; last : when they were last reported."""
@@ -459,7 +469,7 @@ def test_an_area_that_moves_before_an_answer_is_seen_in_the_former_answer():
 
 
 def test_many_expected_answers_are_late_as_early_as_the_first_that_was_dropped(monkeypatch):
-    monkeypatch.setattr(unreported_evidence, "MOST_EXPECTED", 2)
+    monkeypatch.setattr(checked_places, "MOST_EXPECTED", 2)
     checks = Checked()
     for checks.at in range(4):
         checks.expect_places(checks.at, A)
@@ -524,7 +534,7 @@ def test_a_topic_is_suspect_while_its_last_message_is_not_answered_or_judged():
     checks = Checked()
     checks.note_reported(RADAR, answered(0, HARMLESS))
     assert checks.suspects == ()
-    checks.received(RADAR, NOW + 1 * S)
+    checks.received(RADAR, NOW + 1 * S, NOW + 1 * S)
     assert checks.suspects == (RADAR,)
     checks.note_reported(RADAR, answered(1, area(flown=50)))
     assert checks.suspects == (RADAR,), "a small answer judges nothing"
@@ -549,7 +559,7 @@ def dangerous(checks):
 
 def not_answered(checks):
     harmless(checks)
-    checks.received(RADAR, NOW + 1 * S)
+    checks.received(RADAR, NOW + 1 * S, NOW + 1 * S)
 
 
 def dangerous_at_an_unreported_place(checks):
@@ -583,7 +593,7 @@ def test_where_danger_was_possible_it_is_so_after_all_answers_were_forgotten_and
         checks.forget()
         assert checks.dangers == expected
         assert checks.suspects == (RADAR,), "nothing is judged any more"
-    checks.received(RADAR, NOW + 5 * S)
+    checks.received(RADAR, NOW + 5 * S, NOW + 5 * S)
     assert checks.dangers == (RADAR,), "a message with sources is not answered"
     checks.end(RADAR)
     checks.note_reported(RADAR, answered(5, HARMLESS), is_whole=False)
@@ -648,7 +658,7 @@ def test_an_older_harmless_answer_ends_no_newer_danger():
 def test_an_empty_message_ends_a_danger_from_before_unless_it_has_the_stamp_of_sources():
     checks = Checked()
     checks.suspect(RADAR)
-    checks.received(RADAR, NOW + 5 * S)
+    checks.received(RADAR, NOW + 5 * S, NOW + 5 * S)
     nothing = answered(5)._replace(sources=0)
     checks.note_reported(RADAR, nothing)
     assert checks.dangers == (RADAR,), "the sources of this stamp count"
