@@ -67,10 +67,11 @@ divided by the sum over all cells of p + q, with p and q the reach probabilities
 equal maps, 1 means maps without a common cell. The map error depends on `hazard.cell`: smaller cells need more rocks.
 There are four errors. How the numerical error is measured depends on the shape of the rocks:
 
-- **numerical**: the error of the search for contacts. The same rocks fly with two methods: from event to event, which
-  is exact, and in fixed time steps, as in the [thesis](design.md#what-is-rpf3d-for) (`method: {stepping: ...}` in a
-  scene). At each step VTK finds the closest facet. If the rock is nearer to the facet than the *threshold* and moves
-  into the facet, it has an impact. All other code is the same. The steps have two variants:
+- **numerical, for points** (the default shape of rocks): the error of the search for contacts. The same rocks fly with
+  two methods: from event to event, which is exact, and in fixed time steps, as in the
+  [thesis](design.md#what-is-rpf3d-for) (`method: {stepping: ...}` in a scene). At each step VTK finds the closest
+  facet. If the rock is nearer to the facet than the *threshold* and moves into the facet, it has an impact. All other
+  code is the same. The steps have two variants:
   - *squared* compares the squared distance with the threshold, as the thesis' code does: a threshold of 0.05 m2 is
     a distance of 0.22 m.
   - *raster* replaces the mesh by a grid of heights; the impact is at the first step below the ground. A scene cannot
@@ -134,9 +135,11 @@ next: the method, the survey, the number of rocks, or the knowledge of the groun
 - *events against 50 digits*: rounding errors of the impacts of 50 rocks.
 - *errors of this scene*: the errors with the method, the terrain and the number of rocks of the scene file, and advice
   on the largest of them. The geometric error is the error that half of the triangles of this terrain would cause.
-- *total up to 0.05*: the cheapest measured setting with a *total* of at most 0.05 (`rpf3d cost --target`), with
-  events or with fixed steps, on the full or on a coarser terrain. If this setting has a coarser terrain, you must
-  make that terrain yourself. *Without the unknown ground* means that the parametric error alone is above the target.
+- *total up to 0.05*: the cheapest measured setting with a *total* of at most 0.05 (`rpf3d cost --target`), with events
+  or with fixed steps, on the full or on a coarser terrain. If this setting has a coarser terrain, you must make that
+  terrain yourself. The time is calculated: the number of rocks times the time per rock in the numerical and geometric
+  tables. The measured time of a few hundred rocks is longer (statistical table). *Without the unknown ground* means
+  that the parametric error alone is above the target.
 - *`rpf3d run --accuracy 0.05`*: the setting that this command chooses.
 """
 READING = """## What follows from the tables?
