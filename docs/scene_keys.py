@@ -62,8 +62,8 @@ A source has exactly one of the keys `points`, `points_file`, `line`, `crest`, `
 - **Heights.** With `above_ground`, points may be `[x, y]` (with `up: y`: `[x, z]`), and heights in the file of a source
   are not used. rpf3d warns if the median difference between these heights and the ground is above 2 m plus
   `above_ground`.
-- **Files of lines** (`.geojson .gpkg .shp .dxf .str`) need `above_ground`. Rocks are spread over the length of all
-  lines of the file, also of all layers of a DXF file; rpf3d warns of several layers.
+- **Files of lines** (`.geojson .json .gpkg .shp .dxf .str`) need `above_ground`. Rocks are spread over the length of
+  all lines of the file, also of all layers of a DXF file; rpf3d warns of several layers.
 - **Order of points.** The points of a line must be in their order along the crest: rpf3d warns of a line that turns
   back and would be shorter in another order. Rocks also start along the last segment of a closed line, which leads back
   to the first point; rpf3d warns if this segment is long, or if the line has at most five points.
@@ -133,7 +133,8 @@ A material has coefficients for one kind of rocks; coefficients of both kinds to
 | points, spheres | `normal_restitution`, `tangential_restitution` | `friction_angle_deg`, `rolling_friction` |
 | rocks with a shape | `restitution`, and either `friction` or `slip_friction` | `rolling_resistance` |
 
-A material with a `library` entry for the kind of the rocks needs none of them; `rpf3d materials` lists the entries.
+A material with a `library` entry for the kind of the rocks needs none of them; `rpf3d materials` lists the entries. In
+the list of keys below, *must be given* applies to points and spheres, in a material without a `library` entry.
 """
 ROCK = """\
 `diameter`, `mass` and `volume` exclude each other; `diameter` is that of the sphere of equal volume. Without a size,
@@ -172,7 +173,7 @@ More on some of these keys:
   summed in closed form, simulated or left out.
 - `max_time` and `max_impacts`: the flight of a rock that still moves at this limit ends with the outcome of the same
   name. `max_impacts` counts impacts, contacts with obstacles and slides over facets together.
-- `engine`: both engines give the same result with `method: events`. `auto` uses the engine that finishes first:
+- `engine`: both engines give the same result with `method: events`. `auto` uses the engine that usually finishes first:
   `reference` up to {REFERENCE_ROCKS} rocks ({REFERENCE_SPHERES} spheres or rocks with a shape) or without numba, else
   `compiled`.
 - `method`: `events` is exact; fixed steps ([`stepping`](#methodstepping)) are only for comparison, and only for points.
