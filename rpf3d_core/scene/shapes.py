@@ -40,7 +40,7 @@ class ShapeSpec(StrictModel):
         None, description="equant, plate, column, eota111 or eota221"
     )
     files: Annotated[tuple[InputFile, ...], Field(min_length=1)] | None = Field(
-        None, description="a list of at least one mesh file (STL, OBJ, PLY, VTP); each has one block, in metres"
+        None, description="a list of at least one mesh file, such as STL, OBJ or DXF; each has one block, in metres"
     )
     corners: Count = Field(
         40, ge=FEWEST_CORNERS, le=MOST_CORNERS, description=f"a whole number from {FEWEST_CORNERS} to {MOST_CORNERS}, "
