@@ -38,7 +38,7 @@ MAY_LAST = (
 
 
 DANGER = "may reach a limit of the site"
-"""What is said of rocks from unreported places if danger is possible."""
+"""Verdict on unreported places at which danger is possible."""
 
 
 class UnreportedEvidence:

@@ -8,7 +8,7 @@ from rpf3d_ros.interface.recorded_topics import RecordedSensors
 class Thinning(NamedTuple):
     """Part of the answers that is recorded; inputs, alerts and the figures of answers are always recorded.
 
-    rocks : number of recorded rocks of an answer, of those published; those that reach an area are always recorded; 0: all
+    rocks : number of recorded rocks of an answer, of those published; those that reach an area always are; 0: all
     maps_every : shortest time (s) between recorded hazard maps, unless an alert level changes; 0: no limit
 
     Unless both are 0, rocks and maps that do not differ from those recorded last are not recorded again.
