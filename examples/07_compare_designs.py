@@ -1,8 +1,8 @@
 """Two designs of a slope.
 
-A berm (a ridge of loose rock) protects a road below a face. In design A the berm is six metres from the toe of the
-face; in design B it is at the toe. The script flies the same rocks over both designs. `rpf3d compare` then shows which
-differences are larger than chance alone explains.
+A windrow (a ridge of loose rock) protects a road below a face. In design A the windrow is six metres from the toe of
+the face; in design B it is at the toe. The script flies the same rocks over both designs. `rpf3d compare` then shows
+which differences are larger than chance alone explains.
 """
 
 import json

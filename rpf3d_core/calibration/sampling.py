@@ -111,7 +111,10 @@ def first_proposal(unknowns: int) -> Proposed:
 
 
 def drawn_sets(proposed: Proposed, number: int, seed: int) -> FloatArray:
-    """Return the parameter sets of round `number`, from 0, as standard normal numbers z (S sets, U unknowns)."""
+    """Draw the parameter sets of round `number`, from 0, as standard normal numbers z (S sets, U unknowns).
+
+    proposed : the proposal of each round, from which its sets are drawn; seed : of the calibration
+    """
     mixture = proposed.mixtures[number]
     return draw(mixture, sets_of_round(number, mixture.root.shape[0]), seed, number)
 

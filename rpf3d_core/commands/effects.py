@@ -35,7 +35,7 @@ def effects(
 
 
 def _print_list(listed: "list[CatalogueEntry]") -> None:
-    """Print a line for each model and effect that a scene may name: name, summary, confirmation and cost."""
+    """Print a table of the given models and effects (name, summary, confirmation, cost), and a note on its columns."""
     table = Table("named", "what it is", "confirmed", "time", "runout", box=None, padding=GAP, pad_edge=False)
     for entry in listed:
         table.add_row(f"{entry.kind}: {entry.name}", escape(entry.summary), entry.confirmed, *_cost(entry))

@@ -135,7 +135,10 @@ def _count_all(facets: Facets, grid: Grid, starts: NDArray[np.int64], share: Sha
 
 
 def _plan_boxes(facets: Facets) -> tuple[FloatArray, FloatArray]:
-    """Return the boxes in plan of a sample of S facets: low and high corners (S, 2) m, to estimate the facet size."""
+    """Return the boxes in plan of every n-th facet, S facets in all: their low and high corners (S, 2) m.
+
+    The cell size of the grid follows from these boxes.
+    """
     step = max(len(facets.zone) // SAMPLE, 1)
     plan = np.asarray(facets.corners)[::step].reshape(-1, 3, 3)[..., :2]
     return plan.min(axis=1), plan.max(axis=1)

@@ -298,12 +298,12 @@ def _renew_slabs(
 
 @kernel
 def _raise_levels(corners: Any, f: int, slack: float, grid: Grid, i: int, j: int, table: SlabTable) -> None:
-    """Raise the slabs of all cell sizes over one bucket (column i, row j), so that facet f lies below them.
+    """Raise the slab of bucket (i, j), and of the wider cells with this bucket, so that facet f lies below them.
 
     The slab of a wider cell is raised only if this bucket is the first bucket of facet f in the wider cell.
 
     corners : (F, 9) m (3 corners each), of all facets; slack : m, by which the facet is widened
-    table : the slabs, changed
+    grid : of the buckets; i, j : column and row of the bucket; table : the slabs, changed
     """
     raise_over(corners, f, table.planes, slab_row(table, 0, i, j))
     cells = cells_under(corners, f, slack, grid)

@@ -61,7 +61,10 @@ class CapFacets(NamedTuple):
 
 
 class CapLocator(NamedTuple):
-    """The caps with the locator that finds passages of rocks through them; facets and layout as in `CapFacets`."""
+    """Caps (triangles that close gaps of a terrain), and the locator that finds passages of rocks through them.
+
+    facets, layout : as in `CapFacets`
+    """
 
     locator: Any
     facets: Facets

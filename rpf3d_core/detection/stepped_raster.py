@@ -23,7 +23,7 @@ class SteppedRaster(NamedTuple):
     x, y : m, south-west corner of the first square; cell : m, side of a square
     nx, ny : number of squares eastwards and northwards
     facet : (nx ny,) first facet of each square, south-east of its diagonal, -1 for a hole; the second facet of the
-        square has the next number
+        square has the next number; the squares are in rows from the south, each row from the west
     dt : time step, s
     """
 

@@ -75,7 +75,7 @@ def find_grids(folder: Path, names: Sequence[str]) -> dict[str, Path]:
 
 
 def _grid_name(path: Path) -> str:
-    """Return the name of the grid in a file: the file name in lower case without extension; "" for other files."""
+    """Return the name of a grid file in lower case, without its extension; "" without one of DEM_EXTENSIONS."""
     name = path.name.lower()
     extension = next((known for known in sorted(DEM_EXTENSIONS, key=len)[::-1] if name.endswith(known)), None)
     return name.removesuffix(extension) if extension else ""

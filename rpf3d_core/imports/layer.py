@@ -82,7 +82,9 @@ def _on_heights(path: Path, kind: Kind, begin: str | None, end: str | None) -> I
 def _read(path: Path, kind: Kind, layer: str) -> VectorLayer:
     """Return the geometries of one kind in a file, and the reference system that the file states.
 
-    layer : as in `import_layer`
+    kind : kind of the geometries; lines keep their heights; layer : as in `import_layer`
+
+    Raises InputError if the file has no geometry of this kind, or if a layer is given for a file without layers.
     """
     heights = kind == "line"
     if path.suffix.lower() in VECTOR_EXTENSIONS:

@@ -122,7 +122,12 @@ def _bare_scene(path: Path, choice: FileChoice) -> Scene:
 
 
 def _found(scene: Scene, terrain: Terrain, faults: FaultReport, choice: FileChoice) -> NewScene:
-    """Return the content of the terrain file, for the text of the scene."""
+    """Return a summary of a terrain file (extents, zones, crests), from which the text of the new scene is made.
+
+    `path` of the result is "", and `split` is empty: the caller sets both.
+
+    faults : report on the mesh; choice : what the user stated about the file
+    """
     points = terrain.frame.points_to_input(terrain.vertices)
     crs = choice.crs or next(iter(scene.terrain.crs_of_files().values()), None)
     misread = is_misread(scene, faults)

@@ -298,7 +298,7 @@ class Workshop:
 
 
 def _kept(mesh: Mesh, room: Room) -> Mesh:
-    """Return the mesh copied into the memory of a terrain, where patches can change it."""
+    """Return a copy of the mesh with its arrays in `room`, the memory of a live terrain, so patches can change them."""
     vertices = room.memory("vertices", mesh.vertices.size, np.float64).reshape(-1, 3)
     triangles = room.memory("triangles", mesh.triangles.size, np.int32).reshape(-1, 3)
     vertices[:], triangles[:] = mesh.vertices, mesh.triangles

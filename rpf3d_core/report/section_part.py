@@ -75,7 +75,10 @@ def words_on_obliquity(section: CriticalSection) -> str:
 
 
 def _section_png(run: RunFiles, beyond: BeyondToe, section: CriticalSection, source: str) -> bytes:
-    """Return the picture of the critical section as PNG; source : name of the source of `beyond`, "" for all rocks."""
+    """Return a picture (PNG): above, the critical section; below, the share of rocks that pass each distance.
+
+    beyond : how far the rocks of one source, or all rocks, moved beyond the toe; source : its name, "" for all rocks
+    """
     from rpf3d_core.results.plots.section import SectionDrawing, section_figure
 
     zero = section.toe if np.isfinite(section.toe) else 0.0

@@ -67,8 +67,8 @@ class Prepared:
     index_s : wall time (s) to build the engine's locator, with the wait for its compiled code
     began : `time.perf_counter()` at the start of the preparation
     placing : sentences on inputs that look misplaced or in a wrong unit
-    doubts : warnings about the settings of the scene, made before the rocks fly, because files of sizes may be edited
-        or removed while the rocks fly
+    doubts : warnings about the settings of the scene, made before the rocks fly, because files with rock sizes may be
+        edited or removed while the rocks fly
     """
 
     scene: Scene

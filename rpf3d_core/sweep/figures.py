@@ -47,7 +47,7 @@ class Figure(NamedTuple):
 
 
 def figures_of(run: Run) -> list[Figure]:
-    """Return the figures of a run: of the whole run, then of each zone, area of interest and barrier."""
+    """Return the results of a run with their intervals: of the whole run, then of each zone, area and barrier."""
     return [*_of_run(run), *_of_outcomes(run), *_of_benches(run), *_of_barriers(run.maps)]
 
 

@@ -38,9 +38,10 @@ class AnswerReports:
     """Receives answers and failures from the thread that flies rocks (`FlightListener`)."""
 
     def __init__(self, configuration: StationConfiguration, outlets: Outlets, state: PresentState) -> None:
-        """Report to `outlets`.
+        """Prepare to report answers and failures to `outlets` (publishers and diagnostics).
 
-        configuration : parameters and scene of the simulator; state : functions that return its current state
+        configuration : parameters and scene of the simulator
+        state : functions that return the current state of the simulator, or pass it on
         """
         self._configuration, self._outlets, self._state = configuration, outlets, state
         self._closing = False

@@ -58,7 +58,7 @@ class StationConfiguration:
     """Everything that a configured simulator needs: scene, thresholds, log, store and last terrain.
 
     workshop : builds the terrains; store : keeps the terrain on disk, None if no store is named
-    standing : the prepared terrain from the store; None if the store has no terrain, or if it cannot be read
+    standing : the prepared terrain from the store; None if there is no terrain that can be used
     standing_report : age of this terrain and its unreadable patches, or why the terrain cannot be read; "" if the store
         has no terrain
     thresholds : thresholds of the site, None if there are no alerts

@@ -118,7 +118,9 @@ def floor_rings(design: Design, columns: Columns, spacing: Spacing) -> tuple[Flo
 
 
 def ring_points(design: Design, p: FloatArray, share: float) -> FloatArray:
-    """Return the points (P, 3) m of a ring of the floor: the innermost line of the wall's mesh, scaled by `share`.
+    """Return the points (P, 3) m of a level ring of the floor, at height 0.
+
+    The ring is the innermost line of the wall's mesh, scaled by `share` about the middle of the pit.
 
     p : (P,) position around the pit, as a fraction of one full turn
     """
