@@ -87,7 +87,9 @@ class CheckedPlaces:
     judged_ns : stamp (ns) of the message whose unreported places the last answer judged, or of the message that ended
         the places; -1 if they ended without a message, ALWAYS if there is no answer that counts
     is_dangerous : True if rocks from the places of the last answer may reach a limit
-    harmless : digest of the unreported places that were last answered without danger; "" if there are none
+    harmless : digest of the unreported places that were last answered without danger; "" if there are none, or if
+        danger was shown later by another answer (`doubt`)
+    is_doubtful : True if danger was shown again after the answer to `main_ns` (`doubt`)
     stands : True while a danger or fault of unreported places stands that was shown earlier: until the places are
         judged harmless or have ended, and the message without the places is answered
     why_failed : why the places could not be simulated; "" if they could
@@ -118,6 +120,7 @@ class CheckedPlaces:
     judged_ns: int = ALWAYS
     is_dangerous: bool = False
     harmless: str = ""
+    is_doubtful: bool = False
     stands: bool = False
     why_failed: str = ""
     is_due: bool = False
@@ -138,7 +141,8 @@ class CheckedPlaces:
     @property
     def is_unanswered(self) -> bool:
         """True if places of the topic, or a message that changed them, are not answered, or answers may be invalid."""
-        return bool(self.expected) or self.main_ns < max(self.received_ns, self.changed_ns) or self.is_restarted
+        is_behind = self.main_ns < max(self.received_ns, self.changed_ns)
+        return bool(self.expected) or is_behind or self.is_doubtful or self.is_restarted
 
     def is_hidden(self, shown: Mapping[str, Level]) -> bool:
         """Return True if a danger was shown that may last, but that a decision does not show.
@@ -174,8 +178,9 @@ class CheckedPlaces:
     def _are_all_answered(self) -> bool:
         """True if the answer to `main_ns` and the answers to unreported places together include all places.
 
-        Either nothing has changed since that answer; or the places that were unreported at the time of the message
-        `main_ns` are judged. Later messages may then still wait, but no answer to them has shown danger.
+        Either the unreported places have not changed since the message `main_ns`, and are judged. Or the places that
+        were unreported at its time are judged: later messages may then still wait, but no answer to them has shown
+        danger.
         """
         if not self.is_unsettled and self.main_ns >= self.changed_ns:
             return True
@@ -228,6 +233,18 @@ class CheckedPlaces:
             last = self.expected.pop()
             new = new._replace(until_ns=last.until_ns, time_limit=last.time_limit)
         self.expected.append(new)
+
+    def doubt(self, until_ns: int, time_limit: str) -> None:
+        """Note that an older message was answered again, with danger: other ground or areas have made it dangerous.
+
+        The answers so far may be for the former ground, so none of them ends this danger: the unreported places and the
+        newest message must be answered again. until_ns, time_limit : as in `Expected`
+        """
+        self.reported, self.harmless, self.is_doubtful = None, "", True
+        if not self.is_ended:
+            self.is_due = True
+            if not self.expected:
+                self.expect(Expected(ANY, digest="", until_ns=until_ns, time_limit=time_limit))
 
     def set_unreported(self, digest: str, stamp_ns: int = -1) -> None:
         """Note that a message, or a person, has changed the unreported places.

@@ -178,12 +178,12 @@ class UnreportedEvidence:
         """
         levels = possible_levels(evidence, self._thresholds) if evidence.areas else dict(ANYWHERE)
         is_judging = is_whole and not evidence.faults and is_judged(evidence, self._thresholds)
-        stamp_ns = evidence.trigger_stamp_ns
+        stamp_ns, until_ns = evidence.trigger_stamp_ns, self._now() + self._longest_ns
         with self._lock:
             one = self._of(topic)
             if not evidence.sources:  # of two messages with one stamp, the message with sources counts
                 if stamp_ns > one.received_ns and stamp_ns >= one.main_ns:
-                    one.main_ns, one.reported = stamp_ns, {} if is_whole else None
+                    one.main_ns, one.reported, one.is_doubtful = stamp_ns, {} if is_whole else None, False
                 one.settle()
                 return
             one.raise_danger(levels, stamp_ns)
@@ -192,10 +192,10 @@ class UnreportedEvidence:
             if levels:
                 one.danger_ns = max(one.danger_ns, stamp_ns)
             if stamp_ns >= one.main_ns and (levels or is_judged(evidence, self._thresholds)):
-                one.main_ns = stamp_ns
+                one.main_ns, one.is_doubtful = stamp_ns, False
                 one.reported = levels if is_judging and not one.scans.is_incomplete(stamp_ns) else None
             elif levels:
-                one.reported = None
+                one.doubt(until_ns, self._longest)
             one.settle()
 
     def faults(self, shown: Shown | None = None) -> dict[str, str]:

@@ -87,6 +87,42 @@ def test_an_older_message_whose_new_answer_shows_danger_is_not_ended_by_a_harmle
     assert not radar.is_green
 
 
+@pytest.fixture
+def patched():
+    """Return a radar with a dangerous place that its topic no longer reports: a patch has just made FAR dangerous.
+
+    The message of FAR was answered again with danger, the unreported places were answered before the patch only.
+    """
+    radar = Radar()
+    radar.dangerous = set()
+    for second, place in ((1, FAR), (2, B)):
+        radar.queue(second, place)
+        radar.fly()
+    radar.dangerous = {FAR}
+    radar.schedule.answer_again()
+    radar.fly_one()
+    assert radar.alert().evident > Level.NORMAL
+    return radar
+
+
+def test_an_answer_to_unreported_places_from_before_the_danger_does_not_end_it(patched):
+    patched.queue(3, B)
+    patched.fly_one()
+    patched.queue(4, NEAR_FAR)
+    patched.fly_one()
+    assert not patched.is_green, f"FAR is not answered over the new ground, {SHOWN}"
+    patched.fly()
+    assert not patched.is_green
+
+
+def test_the_fault_of_such_a_danger_ends_once_all_is_harmless_again(patched):
+    patched.dangerous = set()
+    for second in (3, 4):
+        patched.queue(second, NEAR_FAR)
+        patched.fly()
+    assert patched.is_green, patched.alert().faults
+
+
 def test_after_an_error_the_answer_to_older_unreported_places_judges_no_newer_ones():
     radar = Radar()
     radar.answer(*radar.send(0, A, B, C))
@@ -207,6 +243,7 @@ def wander(seed, parts, empty):
     empty : probability that a scan begins with an empty part
     """
     chance, radar, known, second = random.Random(seed), Radar(), Known(), 0
+    share = chance.choice((0.0, 0.1, 0.4))  # of the places in a message
     radar.dangerous, flying, late, number_of = set(chance.sample(PLACES, 2)), None, [], {}
     for _ in range(100):
         kind = chance.random()
@@ -215,7 +252,7 @@ def wander(seed, parts, empty):
             radar.schedule.answer_again()
         elif kind < 0.55:
             second += chance.random() >= parts
-            places = [place for place in PLACES if chance.random() < 0.4] or [B]
+            places = [place for place in PLACES if chance.random() < share] or [chance.choice(PLACES)]
             number = known.reported(places)
             for part in ([], places) if chance.random() < empty else (places,):
                 for trigger in radar.send(second, *part):

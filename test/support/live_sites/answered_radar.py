@@ -68,10 +68,17 @@ class Radar:
 
     def fly(self):
         """Answer all triggers in the queue, in its order."""
-        while self.schedule.has_next and (trigger := self.schedule.next_trigger()) is not None:
-            self.schedule.begin(trigger, True)
-            self.schedule.progress(trigger, True)
-            self.answer(trigger)
+        while self.fly_one():
+            pass
+
+    def fly_one(self):
+        """Answer the next trigger in the queue; return False if there is none."""
+        if not self.schedule.has_next or (trigger := self.schedule.next_trigger()) is None:
+            return False
+        self.schedule.begin(trigger, True)
+        self.schedule.progress(trigger, True)
+        self.answer(trigger)
+        return True
 
     def forget(self):
         """Forget all answers, as after a step back of the clock and after a deactivation."""
