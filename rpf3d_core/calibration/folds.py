@@ -85,7 +85,7 @@ def misfit_weights(densities: FloatArray, folds: IntArray, anywhere: float | Flo
     The weights for an observation follow from the observations in the other folds. They are estimated as in a
     calibration, in which all misfits are equally likely beforehand.
 
-    densities : (M, N) of the N observations under the set
+    densities : (M, N) of the N observations under the set; folds : (N,) fold of each observation
     anywhere : density of an observation that may lie anywhere, as in `likelihood.Densities`; for all, or (N,) for each
     """
     logs = np.log(np.maximum((1.0 - ASTRAY) * densities + ASTRAY * anywhere, 1e-300))

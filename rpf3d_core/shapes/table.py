@@ -15,7 +15,7 @@ UNIT_SPHERE_VOLUME = 4.0 / 3.0 * math.pi
 
 
 class ShapeTable(NamedTuple):
-    """Several polyhedra in flat arrays: K shapes, each of the volume of a sphere with radius 1 m.
+    """Several polyhedra in flat arrays: K shapes with C corners and F faces each, of the volume of a sphere with radius 1 m.
 
     So the size of a rock is one factor, the radius of the sphere of equal volume. The corners of shape k are first[k]
     to first[k + 1] - 1, its faces face_first[k] to face_first[k + 1] - 1. All arrays are contiguous, float64 or int64.

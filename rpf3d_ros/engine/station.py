@@ -378,7 +378,7 @@ class Station:
     # --- reports of the builder
 
     def stands(self, ground: LiveTerrain, what: str, holes: int = 0) -> None:
-        """Report in the diagnostics which terrain is in use; parameters as in `TerrainListener.stands`."""
+        """Report which terrain is in use, and which patches or surveys it lacks; see `TerrainListener.stands`."""
         report_ground(self._outlets.health, ground, what, holes, self._outlets.now())
         self._report_terrain()
         self.report_waiting()
