@@ -10,4 +10,4 @@ class SceneError(InputError):
 
 
 class TerrainError(InputError):
-    """An error that is raised if terrain is refused: a file, a mesh, a patch, or the parameters of a synthetic slope."""
+    """An error that is raised if terrain is refused: a file, mesh, patch, or the parameters of a synthetic slope."""

@@ -15,12 +15,12 @@ UNIT_SPHERE_VOLUME = 4.0 / 3.0 * math.pi
 
 
 class ShapeTable(NamedTuple):
-    """Several polyhedra in flat arrays: K shapes with C corners and F faces each, of the volume of a sphere with radius 1 m.
+    """Several polyhedra in flat arrays: K shapes, all of the volume of a sphere with radius 1 m.
 
     So the size of a rock is one factor, the radius of the sphere of equal volume. The corners of shape k are first[k]
     to first[k + 1] - 1, its faces face_first[k] to face_first[k + 1] - 1. All arrays are contiguous, float64 or int64.
 
-    corners : (sum C, 3) m
+    corners : (sum C, 3) m, with C the number of corners of a shape, and F below the number of its faces
     first : (K + 1,) first corner of each shape
     face_first : (K + 1,) first face of each shape
     faces : (sum F, 2) first entry in `ring` and number of corners of each face

@@ -269,7 +269,9 @@ class ScenePublisherParameters(FrameParameters):
     subscribers: int = parameter(
         1, "number of subscribers to the sources that must be present before the first publication", 1, 1000
     )
-    repetitions: int = parameter(0, "number of times that the sources are published; 0: until the node ends", 0, LARGEST_COUNT)
+    repetitions: int = parameter(
+        0, "number of times that the sources are published; 0: until the node ends", 0, LARGEST_COUNT
+    )
 
 
 @dataclass(frozen=True)
