@@ -267,7 +267,8 @@ A coefficient is **unknown** if it has one value for the whole site, but this va
 rock or from impact to impact ([distributions](#distributions)). [How-to](../howto/unknown-ground.md).
 
 - These keys, and keys below them, may have unknown numbers:
-  {", ".join(f"`{root}`" for root in scene_unknowns.ROOTS)}.
+  {", ".join(f"`{root}`" for root in scene_unknowns.ROOTS)}. (Not
+  `effects.forest` and `effects.barriers`: all parameter sets share the obstacles.)
 - There are three ways to make a number unknown:
   - write `{{prior: {{min, max}}}}` in place of the number;
   - write its key path in `unknowns.priors`;

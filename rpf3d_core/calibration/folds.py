@@ -56,7 +56,7 @@ def weights_without(log_ratio: FloatArray, weighed: Weighed, folds: IntArray, co
 
     log_ratio : (S,) from `population.log_importance`; weighed : log densities of all observations
     folds : (N,) fold of each of the first N observations
-    counts : (K,) numbers of the observations that are counts of rocks. No fold uses the counts, because a count may
+    counts : (K,) indices of the observations that are counts of rocks. No fold uses these, because a count may
         include rocks whose stops are kept out
     """
     rows = []

@@ -183,7 +183,7 @@ class Scene(StrictModel):
         (), description="a list of {name, polygons}"
     )
     hazard: HazardSpec = Field(
-        default_factory=HazardSpec, description="a mapping with cell, reach_levels, matrix and memory_gb"
+        default_factory=HazardSpec, description="a mapping such as {cell, reach_levels, matrix, memory_gb}"
     )
     engine: Literal["auto", "reference", "compiled"] = Field("auto", description="auto, reference or compiled")
     method: Annotated[MethodSpec, BeforeValidator(method_values)] = Field(
@@ -194,7 +194,7 @@ class Scene(StrictModel):
         default_factory=OutputSpec, description="a mapping with trajectories, impacts, pictures and recording"
     )
     observed: ObservedSpec | None = Field(None, description="a mapping with points_file, along and sections")
-    unknowns: UnknownsSpec | None = Field(None, description="a mapping with sets, priors and sample")
+    unknowns: UnknownsSpec | None = Field(None, description="a mapping with sets, priors, sample and misfit")
     calibration: CalibrationSpec | None = Field(
         None, description="a mapping with unknowns and data, for `rpf3d calibrate`; a run ignores it"
     )

@@ -106,7 +106,7 @@ class SourceSpec(StrictModel):
         "GeoPackage, Shapefile, DXF or Surpac strings"
     )
     line: Track | None = Field(
-        None, description="two or more points [x, y, z] (m), or the path of a file with lines and `above_ground`"
+        None, description="two or more points [x, y, z] (m), or the path of a file with lines, with `above_ground`"
     )
     crest: Annotated[Count | None, BeforeValidator(_no_line)] = Field(
         None, ge=1, description="the number of a face of `terrain.benches`, 1 for the uppermost; rocks fall from the "

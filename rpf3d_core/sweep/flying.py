@@ -83,7 +83,11 @@ def fly_cells(
 def _flown(
     cells: Sequence[Cell], folder: Path, executor: Executor, threads: int | None
 ) -> Iterator[tuple[Cell, CellRecord]]:
-    """Yield each cell with its record when the cell has flown; errors are as in `fly_cells`."""
+    """Yield each cell with its record when the cell has flown.
+
+    Raises InputError, with the values of the cell, if the run of a cell is refused; BrokenExecutor if a worker was
+    killed.
+    """
     flying = {
         executor.submit(fly_cell, cell.scene, cell.digest, folder / cell.name, threads): number
         for number, cell in enumerate(cells)

@@ -242,7 +242,7 @@ class RecorderParameters(SourceParameters):
     )
     rocks_per_answer: int = parameter(
         50,
-        "rocks recorded for each answer, of those published; those that reach an area are always recorded; 0: all",
+        "number of published rocks to record for each answer; those that reach an area are always recorded; 0: all",
         0, LARGEST_COUNT,
     )  # fmt: skip
     maps_every: float = parameter(
