@@ -15,6 +15,7 @@ from rpf3d_core.alerts.time_units import ns_of, when
 from rpf3d_core.alerts.unreported import is_judged, possible_levels, shown_levels
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.alerts.checked_places import ALWAYS, ANY, ANYWHERE, CheckedPlaces, Expected, Place
+from rpf3d_ros.alerts.source_topics import BY_HAND
 
 Shown = Callable[[str], Collection[Evidence]]
 """A function that returns the answers to the reported sources of a topic on which a decision is made."""
@@ -208,6 +209,7 @@ class UnreportedEvidence:
         now_ns = self._now()
         with self._lock:
             found = {topic: self._fault_of(topic, one, now_ns, shown) for topic, one in self._topics.items()}
+        found[BY_HAND] = ""  # a click counts until it is too old, and no later message answers for it
         return {topic: fault for topic, fault in found.items() if fault}
 
     def _fault_of(self, topic: str, one: CheckedPlaces, now_ns: int, shown: Shown | None) -> str:

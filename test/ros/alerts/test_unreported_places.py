@@ -929,3 +929,12 @@ def test_places_are_compared_quickly_however_many_they_are():
     assert time.process_time() - began < 2.0 and near.all()
     assert is_near(np.array([A, B]), np.array([(0.0, 2.0, 10.0)]), 2.0).tolist() == [True, False]
     assert is_near(np.empty((0, 3)), many, 1.0).tolist() == [] and not is_near(many, np.empty((0, 3)), 1.0).any()
+
+
+def test_a_danger_of_a_click_is_no_fault_once_the_click_is_too_old(checks):
+    """No later message of a sensor would answer for it."""
+    for second, found in ((40, HARMLESS), (30, DANGER)):  # an older click is answered again, with danger
+        checks.received(BY_HAND, NOW + second * S, NOW + second * S)
+        checks.note_reported(BY_HAND, answered(second, found))
+    checks.last = ()
+    assert BY_HAND not in checks.faults()
