@@ -80,8 +80,7 @@ class CheckedPlaces:
     """What is known about the places of a topic: answers, expected answers, and which danger is possible.
 
     where : which places are unreported, and until when they were reported, as a part of a sentence
-    digest : digest of the unreported places, as in `Trigger`; "" if the topic has none, or if it is not known
-    is_ended : True if the topic has no unreported places
+    digest : digest of the unreported places, as in `Trigger`; "" if the topic has none
     expected : the answers to unreported places that are still expected, the oldest first; the places are judged if
         there is none
     judged_ns : stamp (ns) of the message whose unreported places the last answer judged, or of the message that ended
@@ -115,7 +114,6 @@ class CheckedPlaces:
 
     where: str = ""
     digest: str = ""
-    is_ended: bool = True
     expected: list[Expected] = field(default_factory=list)
     judged_ns: int = ALWAYS
     is_dangerous: bool = False
@@ -139,20 +137,24 @@ class CheckedPlaces:
     shown: dict[str, frozenset[Place]] = field(default_factory=dict)
 
     @property
+    def is_ended(self) -> bool:
+        """True if the topic has no unreported places."""
+        return not self.digest
+
+    @property
     def is_unanswered(self) -> bool:
         """True if places of the topic, or a message that changed them, are not answered, or answers may be invalid."""
         is_behind = self.main_ns < max(self.received_ns, self.changed_ns)
         return bool(self.expected) or is_behind or self.is_doubtful or self.is_restarted
 
-    def is_hidden(self, shown: Mapping[str, Level]) -> bool:
-        """Return True if a danger was shown that may last, but that a decision does not show.
+    @property
+    def may_last(self) -> bool:
+        """True if a danger that was shown may last, because places of the topic are not answered."""
+        return bool(self.danger) and self.is_unanswered
 
-        The danger may last while places of the topic are not answered.
-
-        shown : the levels that the decision shows from answers to this topic, by area
-        """
-        is_lower = any(shown.get(area, Level.NORMAL) < level for area, level in self.danger.items())
-        return self.is_unanswered and is_lower
+    def exceeds(self, shown: Mapping[str, Level]) -> bool:
+        """Return True if the danger is greater than the levels, by area, that a decision shows for this topic."""
+        return any(shown.get(area, Level.NORMAL) < level for area, level in self.danger.items())
 
     @property
     def is_suspect(self) -> bool:
@@ -193,6 +195,11 @@ class CheckedPlaces:
             self.danger[area] = max(self.danger.get(area, Level.NORMAL), level)
         if levels:
             self.shown_ns = max(self.shown_ns, stamp_ns)
+
+    def keep_danger(self) -> None:
+        """Note a danger in unknown areas if danger is possible, but no answer has shown where."""
+        if self.is_in_danger and not self.danger:
+            self.raise_danger(ANYWHERE)
 
     def settle(self) -> None:
         """Set `stands` and, once the danger has ended, lower `danger`, after an answer or the end of the places.
@@ -289,8 +296,7 @@ class CheckedPlaces:
 
         `UnreportedEvidence.forget` follows, perhaps only after later messages have been received.
         """
-        if self.is_in_danger and not self.danger:
-            self.raise_danger(ANYWHERE)
+        self.keep_danger()
         self.is_restarted = True
         self.expected = [each._replace(stamp_ns=ANY, digest="") for each in self.expected[:1]]
         self.scans, self.before, self.lowered_ns = Scans(), {}, -1

@@ -9,7 +9,6 @@ from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.alerts.time_units import ns_of, when
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.alerts.first_scans import FirstScans
-from rpf3d_ros.alerts.source_topics import BY_HAND
 from rpf3d_ros.alerts.topic_votes import TopicVotes
 from rpf3d_ros.alerts.unreported_evidence import Place, UnreportedEvidence
 from rpf3d_ros.alerts.unreported_places import ReportedPlaces, Update
@@ -169,7 +168,7 @@ class PlaceChecks:
         are none. The key "dangers" has the topics.
         """
         places = self._places.to_remember(self._checks.suspects, self._forgotten)
-        dangers = sorted({*self._checks.dangers, *self._forgotten} - {BY_HAND})  # clicks do not outlive a restart
+        dangers = sorted({*self._checks.dangers, *self._forgotten})
         return {**({"places": places} if places else {}), "dangers": dangers}
 
     def restore(

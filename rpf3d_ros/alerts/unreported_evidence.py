@@ -76,7 +76,7 @@ class UnreportedEvidence:
         """
         with self._lock:
             one = self._of(trigger.topic)
-            one.where, one.is_ended = _where(trigger, last_ns), False
+            one.where = _where(trigger, last_ns)
             one.set_unreported(trigger.digest)
             until_ns = self._now() + self._longest_ns
             one.expect(Expected(trigger.stamp_ns, trigger.digest, until_ns, self._longest))
@@ -90,6 +90,8 @@ class UnreportedEvidence:
         stamp_ns : stamp (ns) of the sources to simulate, which is later for each further part of a scan
         first_ns : stamp (ns) of the message, which is also that of the first part
         """
+        if topic == BY_HAND:  # a click counts until it is too old, and no later message answers for it
+            return
         with self._lock:
             self._of(topic).receive(stamp_ns, first_ns)
 
@@ -130,7 +132,7 @@ class UnreportedEvidence:
             if stamp_ns < 0 and one.is_ended:
                 return  # a person acknowledged places that were reported again: only the answer to them ends the fault
             one.stands = bool(_verdict(one, now_ns))
-            one.is_ended, one.expected, one.judged_ns, one.evidence = True, [], stamp_ns, None
+            one.expected, one.judged_ns, one.evidence = [], stamp_ns, None
             one.is_dangerous, one.why_failed, one.is_due = False, "", False
             one.set_unreported("", stamp_ns)
             one.settle()
@@ -177,6 +179,8 @@ class UnreportedEvidence:
         is_whole : True if the topic has reported all its places since answers were forgotten (`FirstScans`); only then
             may a harmless answer end an earlier danger
         """
+        if topic == BY_HAND:  # as in `received`
+            return
         levels = possible_levels(evidence, self._thresholds) if evidence.areas else dict(ANYWHERE)
         is_judging = is_whole and not evidence.faults and is_judged(evidence, self._thresholds)
         stamp_ns, until_ns = evidence.trigger_stamp_ns, self._now() + self._longest_ns
@@ -209,16 +213,15 @@ class UnreportedEvidence:
         now_ns = self._now()
         with self._lock:
             found = {topic: self._fault_of(topic, one, now_ns, shown) for topic, one in self._topics.items()}
-        found[BY_HAND] = ""  # a click counts until it is too old, and no later message answers for it
         return {topic: fault for topic, fault in found.items() if fault}
 
     def _fault_of(self, topic: str, one: CheckedPlaces, now_ns: int, shown: Shown | None) -> str:
         """Return the fault of a topic, "" for none; now_ns : current time (ns); shown : as in `faults`."""
-        is_hidden = bool(one.danger) and one.is_unanswered and self._is_hidden(one, shown(topic) if shown else ())
+        is_hidden = one.may_last and self._is_hidden(one, shown(topic) if shown else ())
         verdict = _verdict(one, now_ns)
         if is_hidden and one.expected and not one.why_failed:
             verdict = DANGER
-        if verdict and not (verdict == DANGER and one.is_ended):
+        if verdict and not one.is_ended:
             return f"{_begin(topic, one.where)} {verdict}: {REMEDY}"
         return MAY_LAST.format(topic, self._advice) if verdict or is_hidden else ""
 
@@ -226,7 +229,7 @@ class UnreportedEvidence:
         """Return True if a decision on some answers to a topic (`shown`) shows neither its danger nor a fault."""
         if any(evidence.faults or (evidence.sources and not evidence.areas) for evidence in shown):
             return False
-        return one.is_hidden(shown_levels(shown, self._thresholds))
+        return one.exceeds(shown_levels(shown, self._thresholds))
 
     def _is_harmless(self, evidence: Evidence) -> bool:
         """Return True if an answer without danger counts: enough rocks flew to judge all areas, or there is no area."""
@@ -282,8 +285,7 @@ class UnreportedEvidence:
         with self._lock:
             for topic, one in self._topics.items():
                 one.stands = bool(self._fault_of(topic, one, now_ns, None))
-                if one.is_in_danger and not one.danger:
-                    one.raise_danger(ANYWHERE)
+                one.keep_danger()
                 one.expect_all_again(now_ns + self._longest_ns, self._longest)
                 one.main_ns, one.is_restarted = -1, False
                 one.why_failed, one.is_due = "", False

@@ -68,6 +68,7 @@ class PublisherReports:
         self._node, self._station, self._health = node, station, health
         self._sensors = parameters.sensors
         self._watched = watched_topics(inputs, parameters.sensors)
+        self._received = [node.resolve_topic_name(topic.name) for topic in self._watched]
         self._watch = PublisherWatch(self._watched, parameters.publisher_overlap)
         sensors = (topic for topic in self._watched if topic.group == SENSORS)
         areas = (topic for topic in self._watched if topic.name in station.watched_area_topics)
@@ -103,9 +104,8 @@ class PublisherReports:
 
     def _unlisted(self) -> list[PublisherFinding]:
         """Return a warning for each topic that looks like sources of a sensor, but that no simulator receives."""
-        received = [self._node.resolve_topic_name(topic.name) for topic in self._watched]
         graph, namespace = self._node.get_topic_names_and_types(), self._node.get_namespace()
-        found = unlisted_topics(graph, self._sensors, received, namespace)
+        found = unlisted_topics(graph, self._sensors, self._received, namespace)
         publishers = {topic: [one.node for one in self.of(topic)] for topic in found}
         receivers = {
             topic: [one.node_name for one in self._node.get_subscriptions_info_by_topic(topic)] for topic in found
