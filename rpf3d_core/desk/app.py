@@ -25,6 +25,7 @@ from rpf3d_core.desk.scene_text import (
     without_item,
     without_value,
 )
+from rpf3d_core.desk.sending import Sender
 from rpf3d_core.desk.shown import NO_RUN, SceneView
 from rpf3d_core.desk.tables import bench_section, outcome_section, progress_words, run_notes, scene_section
 from rpf3d_core.desk.whole_files import check_target
@@ -57,7 +58,8 @@ class Desk:
             refused=lambda text: self._later(lambda: self._refused(text)),
             busy=lambda text: self._later(lambda: self._busy(text)),
         ))  # fmt: skip
-        self.view = build_page(self.server, self.shown.window, self._actions())
+        self.sender = Sender(self._send)
+        self.view = build_page(self.server, self.shown.window, self._actions(), self.sender.drawn)
 
     @property
     def state(self) -> Any:
@@ -68,6 +70,7 @@ class Desk:
         """Do the work that waited for the server; call this once, in the server's thread, when browsers can connect."""
         with self._connecting:
             self._loop = asyncio.get_event_loop()
+            self.sender.connected(self._loop)
             waiting, self._waiting = self._waiting, []
         for work in waiting:
             self._do(work)
@@ -224,7 +227,7 @@ class Desk:
     def _show_layer(self, layer: str) -> None:
         self.state.layer = layer
         self.state.legend = self.shown.drape(layer)
-        self.view.update()
+        self.sender.update()
 
     def _look(self, where: str) -> None:
         self.shown.look(where)
@@ -252,7 +255,7 @@ class Desk:
         self.state.ready = True
         for sentence in (*prepared.placing, *prepared.faults.remarks, *prepared.doubts):
             self._say(NOTE, sentence)
-        self.view.update()
+        self.sender.update()
         if new:
             self.view.push_camera()
 
@@ -261,7 +264,7 @@ class Desk:
 
         Tables and shapes for the page are made in the simulating thread, because the run changes its results later.
         """
-        shown, layer = self.shown.laid_out(run), self.state.layer
+        shown = self.shown.laid_out(run)
         values = {
             "benches": bench_section(run), "outcomes": outcome_section(run), "progress": progress_words(run, last),
             "notes": run_notes(run),
@@ -273,8 +276,8 @@ class Desk:
                 return  # results of another scene
             self.state.update({**values, "flying": not last, "has_run": last})
             self.shown.show_run(shown)
-            self.state.legend = self.shown.drape(layer)
-            self.view.update()
+            self.state.legend = self.shown.drape(self.state.layer)
+            self.sender.update()
 
         self._later(show)
 
@@ -317,7 +320,7 @@ class Desk:
         self.state.update(NO_RESULTS)
         self.shown.show_run(NO_RUN)
         self.shown.drape("")
-        self.view.update()
+        self.sender.update()
         self._list_scene()
         self.runner.prepare(scene.written)
 
@@ -330,11 +333,16 @@ class Desk:
             "listed": self.state.listed + 1,  # lets the fields of materials show their values
         })  # fmt: skip
 
+    def _send(self) -> None:
+        """Send the view to the browser, with the values of the page that belong to it."""
+        with self.state:
+            self.view.update()
+
     def _drawn(self) -> None:
         """Show the drawing of the new source or area."""
         self.state.kind, self.state.clicks = self.drawing.kind, len(self.drawing.points)
         self.shown.show_drawing(self.drawing)
-        self.view.update()
+        self.sender.update()
 
     def _say(self, kind: str, text: str) -> None:
         """Show a message on the page, unless the page already shows it; kind : REFUSAL, NOTE or GOOD."""

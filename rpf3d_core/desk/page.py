@@ -59,8 +59,11 @@ class Actions(NamedTuple):
     create: Callable[[], None]
 
 
-def build_page(server: Any, window: Any, actions: Actions) -> Any:
-    """Build the page of a trame server, and return the widget that shows the VTK window in the browser."""
+def build_page(server: Any, window: Any, actions: Actions, drawn: Callable[[], None]) -> Any:
+    """Build the page of a trame server, and return the widget that shows the VTK window in the browser.
+
+    drawn : called without arguments whenever the browser has drawn a new state of the window
+    """
     html = library_of("desk", "trame.widgets.html", NEEDS)
     client = library_of("desk", "trame.widgets.client", NEEDS)
     layouts = library_of("desk", "trame.ui.html", NEEDS)
@@ -79,7 +82,7 @@ def build_page(server: Any, window: Any, actions: Actions) -> Any:
                 _files(html, actions)
             with html.Div(v_else=True):
                 _start_part(html, actions)
-        view = _view(html, window, actions)
+        view = _view(html, window, actions, drawn)
         _results(html)
     return view
 
@@ -206,8 +209,11 @@ def _start_part(html: Any, actions: Actions) -> None:
              "options, such as units and axes.", classes="quiet")  # fmt: skip
 
 
-def _view(html: Any, window: Any, actions: Actions) -> Any:
-    """Add the view of the VTK window, in which a click without a drag adds a place to the drawing; return the view."""
+def _view(html: Any, window: Any, actions: Actions, drawn: Callable[[], None]) -> Any:
+    """Add the view of the VTK window, in which a click without a drag adds a place to the drawing; return the view.
+
+    drawn : as in `build_page`
+    """
     vtk = library_of("desk", "trame.widgets.vtk", NEEDS)
     watch = [
         '@pointerdown.capture="pressed = [$event.clientX, $event.clientY]"',
@@ -217,6 +223,7 @@ def _view(html: Any, window: Any, actions: Actions) -> Any:
         view = vtk.VtkLocalView(
             window.render_window, ref="view", style="position: absolute; inset: 0",
             picking_modes=("kind ? ['click'] : []",), click=(actions.click, "[$event, moved]"),
+            view_state_change=(drawn, "[]"),
         )  # fmt: skip
         with html.Div(classes="hint", v_if="kind"):
             html.Span("Click on the terrain to add points: {{ clicks }} so far. Drag to turn the view.")

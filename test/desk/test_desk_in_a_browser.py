@@ -14,6 +14,15 @@ from rpf3d_core.scene.reading import read_scene
 SCENES = Path(__file__).parents[2] / "config" / "scenes"
 COLOURS = 50
 """Number of colours that a view of shaded terrain exceeds, but not a view that is not drawn yet."""
+SLOW_ARRAYS = """\
+const send = WebSocket.prototype.send;
+WebSocket.prototype.send = function (message) {
+  const bytes = message instanceof ArrayBuffer || ArrayBuffer.isView(message) ? message : new ArrayBuffer(0);
+  const asked = new TextDecoder('latin1').decode(bytes).includes('viewport.geometry.array.get');
+  setTimeout(() => send.call(this, message), asked ? 1500 : 0);
+};
+"""
+"""Script for a page: each request for an array of the view is sent 1.5 s later."""
 SCENE = """\
 # A pit that is small enough for a test.
 terrain:
@@ -43,8 +52,11 @@ def scene(tmp_path: Path) -> Path:
 
 
 @contextmanager
-def page_of(*words: object, cwd: Path | None = None) -> Iterator[Any]:
-    """Yield the desk's page in a browser; at the end assert that no request went elsewhere and no script failed."""
+def page_of(*words: object, cwd: Path | None = None, script: str = "") -> Iterator[Any]:
+    """Yield the desk's page in a browser; at the end assert that no request went elsewhere and no script failed.
+
+    script : JavaScript that the browser runs before the page
+    """
     with served_desk(*words, cwd=cwd) as desk, browser() as running:
         page = running.new_page(viewport={"width": 1400, "height": 900})
         sent, faults = [], []
@@ -53,6 +65,7 @@ def page_of(*words: object, cwd: Path | None = None) -> Iterator[Any]:
         page.on("pageerror", lambda error: faults.append(str(error)))
         page.on("console", lambda line: faults.append(line.text) if "Content Security" in line.text else None)
         page.set_default_timeout(LONGEST)
+        page.add_init_script(script)
         page.goto(desk.address)
         page.wait_for_selector("#busy", state="attached")
         yield page
@@ -287,3 +300,19 @@ def test_the_same_run_is_the_same_picture_again(scene: Path) -> None:
             page.wait_for_timeout(3000)
             seen.append(settled(view(page), COLOURS))
             picture_that(view(page), lambda now: changed(now, seen[0]) < 0.002)
+
+
+@pytest.mark.long
+def test_the_map_of_the_last_click_stays_where_the_browser_is_slow(scene: Path) -> None:
+    """The browser has the first map already and must fetch the second one; it must not draw the second one last."""
+    with page_of(scene, script=SLOW_ARRAYS) as page:
+        ready(page)
+        run_to_the_end(page)
+        page.wait_for_timeout(8000)
+        reach = settled(view(page), COLOURS)
+        page.click("#layer_energy")
+        page.click("#layer_reach")
+        page.wait_for_timeout(8000)
+        assert changed(settled(view(page), COLOURS), reach) < 0.002
+        page.click("#layer_energy")
+        picture_that(view(page), lambda now: changed(now, reach) > 0.01)
