@@ -39,6 +39,13 @@ from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import ZERO, Vec
 from rpf3d_core.vectors import dot, norm, scale, subtract, without
 
+DIP = 1e-4
+"""Largest depth below the plane of a facet, divided by the radius (-), from which a sphere rises to its border.
+
+A sphere that touches an edge from outside a facet, at a distance d of its foot from the facet, is d^2 / 2R below the
+plane of the facet: d is at most 1.4 % of the radius R here.
+"""
+
 
 @kernel
 def earlier_touch(facets: Facets, f: int, course: Course, end: float, before: float, best: Touch) -> Touch:
@@ -84,6 +91,8 @@ def _earlier_on_face(facets: Facets, f: int, course: Course, n: Vec, c: float, b
         t = falling_time(max(gap, 0.0) if gap >= -near else gap, b, 0.5 * a)
         if t < math.inf and course.a[2] == -course.gravity and not _is_over(facets, f, course, t):
             t = _entry_time(facets, f, course, n, t)
+        elif t == math.inf and -DIP * course.radius <= gap < -near and course.a[2] == -course.gravity:
+            t = _time_from_border(facets, f, course, gap, b, a)
     if t > best.t or not _is_over(facets, f, course, t):
         return best
     return sooner(best, Touch(t=t, facet=f, approach=max(-(b + a * t), 0.0), n=n, along=ZERO, face=True))
@@ -119,6 +128,28 @@ def _entry_time(facets: Facets, f: int, course: Course, n: Vec, t: float) -> flo
     b, a = dot(n, v), dot(n, course.a)
     height = (b + 0.5 * a * later) * later
     return t + later if abs(height) <= NEAR * facets.tolerance and b + a * later <= 0.0 else math.inf
+
+
+@kernel
+def _time_from_border(facets: Facets, f: int, course: Course, gap: float, b: float, a: float) -> float:
+    """Return the time (s) when a flying sphere meets facet f, if it starts below the plane of f and outside f.
+
+    The result is inf if the sphere does not meet facet f.
+
+    gap : height (m) of the sphere above the plane of f at the start, negative
+    b, a : its speed (m/s) and acceleration (m/s^2) away from the plane
+
+    A sphere that takes off from the edge of facet f, or lands on it, is below the plane of f until its foot crosses the
+    border of f. If it is just as high as the plane there, up to NEAR tolerances, it touches the facet at the border, and
+    meets it there or where it comes back. A sphere that is deeper has met the edge before.
+    """
+    t = time_into(facets, f, course.x, course.v, course.a, facets.tolerance)
+    if t == math.inf or abs(gap + (b + 0.5 * a * t) * t) > NEAR * facets.tolerance:
+        return math.inf
+    rate = b + a * t
+    if rate <= 0.0:
+        return t
+    return t - 2.0 * rate / a if a < 0.0 else math.inf
 
 
 @kernel

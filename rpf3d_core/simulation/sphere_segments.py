@@ -23,6 +23,13 @@ CURVE = 1.0 / 32.0
 The normal of the ground turns by at most 1.8 degrees in such a segment.
 """
 
+LEAST = CURVE / 1024.0
+"""Length of a ground segment on an edge or a corner, divided by the radius (-), that no level contact makes shorter.
+
+The contact then leans over by at most 3e-5 rad. Without this length, rounding would leave a contact that is never
+level, and segments of almost no length.
+"""
+
 
 class Span(NamedTuple):
     """A ground segment of a sphere: its duration t (s); curved : True if it leads around an edge or a corner."""
@@ -36,7 +43,8 @@ def span_of(facets: Facets, held: Held, course: Course, t: float) -> Span:
     """Return the duration of a sphere's next ground segment: until the sphere leaves its facet, but at most t (s).
 
     The sphere leaves the facet when the contact point passes the facet's border. Around an edge or a corner the segment
-    also ends at its largest length, CURVE times the radius.
+    also ends at its largest length, CURVE times the radius, and where the contact is level, because beyond it the
+    ground carries no sphere.
 
     held : contacts that carry the sphere; course : motion of the sphere
     """
@@ -47,6 +55,8 @@ def span_of(facets: Facets, held: Held, course: Course, t: float) -> Span:
         t = min(t, _face_end(facets, held.second, course))
     if not faces:
         t = min(t, stretch_end(course, 0.0, CURVE * course.radius, t))
+    if held.contacts == 1 and not held.first.face:
+        t = min(t, max(_level_time(held.first, course), stretch_end(course, 0.0, LEAST * course.radius, t)))
     return Span(t, not faces)
 
 
@@ -74,6 +84,16 @@ def _face_end(facets: Facets, touch: Touch, course: Course) -> float:
                 c = facets.tolerance * length  # not 0: a segment without length would be repeated without end
         end = min(end, falling_time(c, b, 0.5 * a))
     return end
+
+
+@kernel
+def _level_time(touch: Touch, course: Course) -> float:
+    """Return the time (s) until the line from an edge or a corner to a sphere's centre is level; inf if it never is.
+
+    touch : the contact with the edge or the corner; course : motion of the sphere
+    """
+    v, a = without(course.v, touch.along), without(course.a, touch.along)
+    return falling_time(course.radius * touch.n[2], v[2], 0.5 * a[2])
 
 
 @kernel

@@ -13,6 +13,8 @@ from flights.on_both_engines import BOTH
 from flights.rolling_spheres import places_of, roll, spheres
 from flights.scenes_of_facets import engine_over, grid_triangles, rough_grid, terrain_of
 
+from rpf3d_core.detection.sphere_contact import earlier_touch
+from rpf3d_core.detection.sphere_course import NO_TOUCH, Course
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.values import Outcome
 
@@ -153,3 +155,15 @@ def test_spheres_released_in_motion_in_a_groove_move_on(noise, dip):
     ground = GROUND._replace(R_n=0.0, mu=2.0, mu_r=0.02)
     flights = roll(engine_over("compiled", groove), spheres(ground, max_time=0.5, max_impacts=5000), radius, x, v)
     assert np.isin(flights.deposits.outcome, [Outcome.MAX_TIME, Outcome.LEFT_TERRAIN]).all()
+
+
+@pytest.mark.parametrize("outside", [1e-6, 1e-5, 1e-4])
+def test_a_sphere_that_swings_around_an_edge_in_flight_lands_on_the_facet_behind_the_edge(outside):
+    """Gravity just bends the path around the edge: the sphere rises to the plane of the facet, but not above it."""
+    facets = engine_over("compiled", terrain_of([[0, -9, 0], [9, 0, 0], [0, 9, 0]], [[0, 1, 2]])).facets
+    speed, height = math.sqrt(9.81 * RADIUS * (1.0 - 1e-6)), math.sqrt(RADIUS**2 - outside**2)
+    v = speed * height / RADIUS, 0.0, speed * outside / RADIUS
+    course = Course(x=(-outside, 0.0, height), v=v, a=(0.0, 0.0, -9.81), radius=RADIUS, gravity=9.81)
+    touch = earlier_touch(facets, 0, course, 1.0, 1.0, NO_TOUCH)
+    at_border = outside / v[0]
+    assert touch.face and 0.99 * at_border < touch.t < 2.01 * at_border  # the second: it comes back to its height

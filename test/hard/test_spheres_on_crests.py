@@ -81,3 +81,21 @@ def test_the_end_of_an_edge_does_not_stop_a_sphere_that_rolls_on_the_edge(off, d
     assert earlier_touch(facets, 0, course, 0.1, 0.1, NO_TOUCH).t == math.inf
     sinking = course._replace(v=(3.0, 0.0, -1e-3))
     assert earlier_touch(facets, 0, sinking, 0.1, 0.1, NO_TOUCH).t == 0.0, "the edge stops it"
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.6])
+@pytest.mark.parametrize("overhang", [0.0, 5.0])
+def test_a_sphere_at_rest_at_the_brow_of_a_wall_takes_off_where_the_contact_is_level(mu, overhang):
+    """The brow is at x = 0, z = 0; the contact of the sphere is up to 2 degrees above level at the release."""
+    foot = -20.0 * math.sin(math.radians(overhang))
+    corners = [[-9, -9, 0], [0, -9, 0], [0, 9, 0], [-9, 9, 0], [foot, -9, -20], [foot, 9, -20]]
+    engine = engine_over("compiled", terrain_of(corners, [[0, 1, 2], [0, 2, 3], [1, 4, 5], [1, 5, 2]]))
+    radius, above = 1.5, np.array([1e-6, 1e-4, 2e-3, 5e-3, 0.01, 0.02, 0.03, 0.035])
+    x = radius * np.column_stack([np.cos(above), np.zeros(above.size), np.sin(above)])
+    flights = roll(engine, spheres(GROUND._replace(mu=mu), max_time=3.0), radius, x, threads=1)
+    paths = flights.paths
+    energy = 9.81 * paths.x[:, 2] + 0.5 * (paths.v**2).sum(axis=1)
+    assert (energy - 9.81 * x[paths.row, 2]).max() < 1e-6 and (np.bincount(paths.row) > 2).any(), "and some roll"
+    at_brow = np.abs(np.hypot(paths.x[:, 0], paths.x[:, 2]) - radius) < 1e-9
+    assert paths.x[at_brow, 2].min() > -1e-4 * radius
+    assert (flights.deposits.outcome == Outcome.LEFT_TERRAIN).all(), "none stays at the brow"
