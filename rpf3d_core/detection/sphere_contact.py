@@ -139,9 +139,9 @@ def _time_from_border(facets: Facets, f: int, course: Course, gap: float, b: flo
     gap : height (m) of the sphere above the plane of f at the start, negative
     b, a : its speed (m/s) and acceleration (m/s^2) away from the plane
 
-    A sphere that takes off from the edge of facet f, or lands on it, is below the plane of f until its foot crosses the
-    border of f. If it is just as high as the plane there, up to NEAR tolerances, it touches the facet at the border, and
-    meets it there or where it comes back. A sphere that is deeper has met the edge before.
+    A sphere that takes off from an edge of facet f, or lands on it, is below the plane of f until its foot crosses the
+    border of f. If its height above the plane is at most NEAR tolerances there, it touches facet f at the border, and
+    meets it there or where it comes back to this height. A sphere that is deeper has met the edge before.
     """
     t = time_into(facets, f, course.x, course.v, course.a, facets.tolerance)
     if t == math.inf or abs(gap + (b + 0.5 * a * t) * t) > NEAR * facets.tolerance:
