@@ -82,6 +82,17 @@ class Layers:
         return laid_out
 
 
+class ReachedCells(NamedTuple):
+    """The S cells that rocks reached, out of C cells, where nothing is counted but rocks.
+
+    all_cells : C; cell : (S,) number of each cell, ascending; rocks : (S,) distinct rocks that reached it, at least 1
+    """
+
+    all_cells: int
+    cell: CountArray
+    rocks: CountArray
+
+
 class Raster(NamedTuple):
     """Square cells of a side `cell` (m) in plan, local frame: nx columns eastwards, ny rows northwards from x, y (m).
 
@@ -101,7 +112,7 @@ class HazardMaps:
     """The hazard maps of an ensemble of `flown` rocks: values of map cells, facets, zones and areas of interest.
 
     cells : values of the C = nx ny squares of the raster; facets : values of the F facets, which rocks pass over in
-        plan or touch
+        plan or touch; no facets if only `reached_facets` was counted
     zones : values of the Z zones; areas : values of the areas of interest, in the order of `area_names`. Passages of
         zones and areas, and heights of areas, are not counted: these values are 0
     barriers : `hazard.barriers.BarrierFigures` of each barrier, if the scene has barriers
@@ -112,6 +123,7 @@ class HazardMaps:
         sets
     sources : `hazard.by_source.source_tallies.SourceMaps`, the values of zones and areas for each source, if there are
         several
+    reached_facets : the number of rocks that reached each facet, of a live answer; None if `facets` was counted
     """
 
     flown: int
@@ -127,6 +139,7 @@ class HazardMaps:
     sets: Any = None
     reach_band: Any = None
     sources: Any = None
+    reached_facets: ReachedCells | None = None
 
     @property
     def energy_kind(self) -> str:
@@ -139,7 +152,7 @@ class HazardMaps:
         return None if self.sources is None else self.sources.cells
 
 
-def reach_probability(layers: Layers, flown: int) -> FloatArray:
+def reach_probability(layers: Layers | ReachedCells, flown: int) -> FloatArray:
     """Return the reach probability (S,) (-) of S cells: the share of all rocks flown that reached each cell.
 
     The probability is for a rock that falls; it does not state how often rocks fall. Source: Hantz et al. 2021,

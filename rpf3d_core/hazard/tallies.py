@@ -22,6 +22,7 @@ from rpf3d_core.hazard.by_source.source_tallies import SourceTallies, source_tal
 from rpf3d_core.hazard.flown import FlownRocks, flown_rocks
 from rpf3d_core.hazard.layers import layers_of, without_passages
 from rpf3d_core.hazard.maps import HazardMaps
+from rpf3d_core.hazard.reach_tally import ReachTally
 from rpf3d_core.hazard.tally import CellTally
 from rpf3d_core.hazard.walks.ground import WalkedTerrain, plain_ground
 from rpf3d_core.hazard.walks.visiting import visit_all
@@ -45,6 +46,7 @@ class Tallies:
     compiled : True to use compiled loops; idle : working memory that no thread uses at the moment
     spins : True if energies include rotation; barriers : counts at barriers, None if the scene has no barriers
     sources : counts of zones, areas and map cells for each source, None if they are not counted
+    reach : number of rocks on each facet, counted in place of `facets`; None to count `facets`
     """
 
     ground: WalkedTerrain
@@ -59,6 +61,7 @@ class Tallies:
     spins: bool = False  # True if energies include rotation
     barriers: Any = None  # a `hazard.barriers.BarrierTally` if the scene names barriers
     sources: SourceTallies | None = None
+    reach: ReachTally | None = None
 
     def __call__(self, batch: Batch, releases: Releases) -> FloatArray:
         """Count the N rocks of a batch into all maps; return their largest heights above the terrain (N,) m.
@@ -105,6 +108,8 @@ class Tallies:
             self.barriers.join(other.barriers.counts)
         if self.sources is not None and other.sources is not None:
             self.sources.add(other.sources)
+        if self.reach is not None and other.reach is not None:
+            self.reach.add(other.reach)
 
     def after(self, ground: WalkedTerrain) -> "Tallies":
         """Return tallies for a terrain whose facets have changed; they share the memory of these tallies.
@@ -115,8 +120,12 @@ class Tallies:
         ground : the changed terrain
         """
         cells = len(ground.facets.zone)
-        fits = cells <= len(self.facets.slot)  # the working memory is as long as the slots, so it fits too
-        self.facets.widened(cells)
+        known = len(self.facets.slot) if self.reach is None else len(self.reach.rocks)
+        fits = cells <= known  # the working memory is as long as the counts, so it fits too
+        if self.reach is None:
+            self.facets.widened(cells)
+        else:
+            self.reach.widened(cells)
         return replace(self, ground=ground, idle=self.idle if fits else queue.SimpleQueue())
 
     def maps(self, flown: int, area_names: tuple[str, ...], lost: int = 0) -> HazardMaps:
@@ -132,7 +141,7 @@ class Tallies:
         sources = None if self.sources is None else self.sources.maps(squares)._replace(barriers=each)
         return HazardMaps(
             flown, self.ground.raster, squares, facets, zones, inside, area_names, barriers, spins=self.spins,
-            lost=lost, sources=sources,
+            lost=lost, sources=sources, reached_facets=None if self.reach is None else self.reach.reached(),
         )  # fmt: skip
 
     def places(self, flown: int, area_names: tuple[str, ...]) -> HazardMaps:
@@ -154,10 +163,14 @@ class Tallies:
         try:
             return self.idle.get_nowait()
         except queue.Empty:
-            squares, facets, zones, areas = (
-                empty_visits(len(tally.slot), ROOM, tally.ways, self.spins, tally is not self.facets)
-                for tally in self._tallies
+            squares, zones, areas = (
+                empty_visits(len(tally.slot), ROOM, tally.ways, self.spins, rocks=True)
+                for tally in (self.squares, self.zones, self.inside)
             )
+            if self.reach is None:
+                facets = empty_visits(len(self.facets.slot), ROOM, spins=self.spins)
+            else:
+                facets = empty_visits(len(self.reach.rocks), ROOM, figures=False)
             return Scratch(squares=squares, facets=facets, zones=zones, areas=areas, spans=empty_spans())
 
     def _fold(self, scratch: Scratch, source: IntArray | None) -> None:
@@ -167,9 +180,10 @@ class Tallies:
         """
         if self.sources is not None and source is not None:
             self.sources.fold(scratch, source)
-        kinds = (scratch.squares, scratch.facets, scratch.zones, scratch.areas)
-        for tally, visits in zip(self._tallies, kinds, strict=True):
-            tally.fold(visits)
+        self.squares.fold(scratch.squares)
+        (self.facets if self.reach is None else self.reach).fold(scratch.facets)
+        self.zones.fold(scratch.zones)
+        self.inside.fold(scratch.areas)
 
     def _visit(self, scratch: Scratch, flown: FlownRocks, begin: int, heights: FloatArray) -> int:
         """Collect the visits of rocks, from number `begin` on, until the working memory is full.
@@ -201,6 +215,12 @@ def with_ways(tallies: Tallies) -> Tallies:
     tallies : empty counts; the tallies of facets, zones and areas are used unchanged
     """
     return replace(tallies, squares=tallies.squares.with_ways())
+
+
+def with_reach_only(tallies: Tallies) -> Tallies:
+    """Return tallies that count only rocks on facets, no energies, speeds or heights; tallies : empty counts."""
+    reach = ReachTally(len(tallies.facets.slot), tallies.compiled)
+    return replace(tallies, facets=CellTally(0, tallies.facets.scales, math.inf, tallies.compiled), reach=reach)
 
 
 def with_sources(tallies: Tallies, names: Sequence[str]) -> Tallies:

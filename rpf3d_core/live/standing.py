@@ -20,7 +20,7 @@ from rpf3d_core.ensemble.releases import ABOVE_EVERYTHING
 from rpf3d_core.ensemble.sizes import UNIT_SPHERE_VOLUME, DrawnRock, mass_range
 from rpf3d_core.hazard.areas import areas_of
 from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, Binning
-from rpf3d_core.hazard.tallies import Tallies, tallies_over
+from rpf3d_core.hazard.tallies import Tallies, tallies_over, with_reach_only
 from rpf3d_core.hazard.tally import CellTally
 from rpf3d_core.hazard.walks.ground import ground_after, ground_over
 from rpf3d_core.live.areas import AreaGround
@@ -166,7 +166,7 @@ class PreparedTerrain:
             old,
             areas=areas,
             squares=old.squares.emptied(coarse, 0.5 * limit),
-            facets=old.facets.emptied(coarse, 0.5 * limit),
+            reach=None if old.reach is None else old.reach.emptied(),
             zones=old.zones.emptied(fine, math.inf),
             inside=CellTally(len(areas.boxes), fine, math.inf, compiled),
             idle=old.idle if same else queue.SimpleQueue(),
@@ -216,7 +216,7 @@ def stand_on(ground: Surveyed, scene: Scene) -> PreparedTerrain:
         for bins in (PER_OCTAVE, FINE)
     )
     binning = Binning(coarse=coarse, fine=fine, limit=memory_of_bins(scene, raster, ground.facets))
-    tallies = tallies_over(walked, areas_of(outlines), zones, scene.gravity, binning, compiled)
+    tallies = with_reach_only(tallies_over(walked, areas_of(outlines), zones, scene.gravity, binning, compiled))
     return PreparedTerrain(
         ground, scene, flight, rock, outlines, replace(tallies, spins=spins), sets=sets,
         area_digests={name: outline_digest(plan_rings(polygons)) for name, polygons in areas.items()},

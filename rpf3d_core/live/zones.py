@@ -31,11 +31,12 @@ def shown_zones(maps: HazardMaps, terrain: Terrain, levels: Sequence[float]) -> 
     The facets of a zone have a reach probability of at least the level of the zone and below the next level, so zones
     do not overlap. The outline of a zone encloses all facets whose reach probability is at least the level of the zone.
     """
-    share = reach_probability(maps.facets, maps.flown)
+    facets = maps.facets if maps.reached_facets is None else maps.reached_facets
+    share = reach_probability(facets, maps.flown)
     band = np.searchsorted(levels, share, side="right")
     zones = []
     for number, level in enumerate(levels, start=1):
-        inside, within = maps.facets.cell[band == number], maps.facets.cell[band >= number]
+        inside, within = facets.cell[band == number], facets.cell[band >= number]
         corners = terrain.vertices[terrain.triangles[inside]]
         outline = terrain.vertices[outer_edges(terrain.triangles[within])]
         zones.append(ShownZone(f"{level:g}", *(terrain.frame.points_to_input(part) for part in (corners, outline))))

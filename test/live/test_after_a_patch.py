@@ -101,7 +101,9 @@ def test_after_a_patch_that_fills_a_hole_nothing_is_known_that_is_no_longer_so()
 def test_answers_after_a_patch_are_those_over_the_same_ground_stood_on_anew(patch):
     standing, _ = after(patch)
     for one, other in zip(told(standing), told(stand_on(standing.ground, standing.scene)), strict=True):
-        for layers in ("cells", "facets", "zones"):
+        a, b = one.reached_facets, other.reached_facets
+        assert len(a.cell) > 0 and np.array_equal(a.cell, b.cell) and np.array_equal(a.rocks, b.rocks)
+        for layers in ("cells", "zones"):
             a, b = getattr(one, layers), getattr(other, layers)
             assert len(a.cell) > 0
             assert np.array_equal(a.cell, b.cell) and np.array_equal(a.rocks, b.rocks)
@@ -115,7 +117,7 @@ def test_threads_count_in_room_for_every_facet_there_is_after_a_patch(patch):
     standing, _ = after(patch)
     _ = told(standing)
     scratches, rows = standing.tallies.idle, len(standing.ground.facets.zone)
-    assert not scratches.empty() and len(standing.tallies.facets.slot) >= rows
+    assert not scratches.empty() and len(standing.tallies.reach.rocks) >= rows
     while not scratches.empty():
         assert len(scratches.get().facets.mark) >= rows
 

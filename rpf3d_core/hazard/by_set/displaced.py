@@ -24,6 +24,7 @@ from rpf3d_core.ensemble.stream import Sink
 from rpf3d_core.hazard.by_set.set_places import PlaceCounts, PlaceTally
 from rpf3d_core.hazard.by_set.set_sources import SourceSets, source_set_tally
 from rpf3d_core.hazard.maps import Raster
+from rpf3d_core.hazard.reach_tally import ReachTally
 from rpf3d_core.hazard.tallies import Tallies
 from rpf3d_core.hazard.tally import CellTally
 from rpf3d_core.hazard.walks.over_facet import VERTICAL
@@ -214,7 +215,7 @@ def tallies_of_places(tallies: Tallies) -> Tallies:
     """Return empty counts of the zones and areas of `tallies`, to count rocks with displaced paths.
 
     In the result, the raster has only one cell, because map cells are not counted. Visits to zones are found by
-    following paths over facets, so visits to facets are counted, too, but with the fewest bins.
+    following paths over facets, so visits to facets are counted, too, but with the fewest bins, or only rocks.
     """
     facets = tallies.ground.facets
     side = max(facets.high[0] - facets.low[0], facets.high[1] - facets.low[1], 1.0)
@@ -225,6 +226,7 @@ def tallies_of_places(tallies: Tallies) -> Tallies:
         facets=_empty(tallies.facets, len(tallies.facets.slot), 0.0), zones=zones, inside=inside,
         idle=queue.SimpleQueue(), barriers=None,
         sources=None if tallies.sources is None else tallies.sources.emptied(),
+        reach=None if tallies.reach is None else ReachTally(len(tallies.reach.rocks), tallies.compiled),
     )  # fmt: skip
 
 

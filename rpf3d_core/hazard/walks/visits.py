@@ -46,6 +46,8 @@ class Visits(NamedTuple):
         squared speed is then enough
     state : (4,) number of visits, first visit of the current rock, 1 if room has run out, row of the current rock
     rock : (N,) row of the rock in its batch; None if nothing is counted for each source
+
+    If only the rocks in each cell are counted, `times`, `most`, `counts` and `mass` are None.
     """
 
     mark: Any
@@ -60,19 +62,21 @@ class Visits(NamedTuple):
     rock: Any = None
 
 
-def empty_visits(cells: int, room: int, ways: bool = False, spins: bool = False, rocks: bool = False) -> Visits:
+def empty_visits(
+    cells: int, room: int, ways: bool = False, spins: bool = False, rocks: bool = False, figures: bool = True
+) -> Visits:
     """Return empty memory for `room` visits to `cells` cells.
 
     ways : True to record the lengths of paths; spins : True if energies include rotation
-    rocks : True to record which rock each visit belongs to
+    rocks : True to record which rock each visit belongs to; figures : False to record only which cells a rock reaches
     """
     return Visits(
         mark=np.zeros(cells, dtype=np.int32),
         cell=np.empty(room, dtype=np.int32),
-        times=np.empty((room, 2)),
-        most=np.empty((room, 2)),
-        counts=np.empty((room, 3), dtype=np.int32),
-        mass=np.empty(room),
+        times=np.empty((room, 2)) if figures else None,
+        most=np.empty((room, 2)) if figures else None,
+        counts=np.empty((room, 3), dtype=np.int32) if figures else None,
+        mass=np.empty(room) if figures else None,
         state=np.zeros(4, dtype=np.int64),
         way=np.empty(room) if ways else None,
         energy2=np.empty(room) if spins else None,
@@ -121,9 +125,7 @@ def visit(visits: Visits, cell: int, t: float, mass: float) -> int:
         return -1
     visits.state[USED] = k + 1
     visits.mark[cell], visits.cell[k] = k, cell
-    visits.times[k, FIRST], visits.times[k, UNTIL] = t, -math.inf
-    visits.most[k, SPEED2], visits.most[k, HEIGHT], visits.mass[k] = 0.0, 0.0, mass
-    visits.counts[k, PASSAGES], visits.counts[k, IMPACTS], visits.counts[k, DEPOSITS] = 0, 0, 0
+    _begin_figures(visits.times, visits, k, t, mass)
     begin_length(visits.way, k)
     _begin_energy(visits.energy2, k)
     _note_rock(visits.rock, k, visits.state[ROW])
@@ -139,12 +141,37 @@ def note_stay(visits: Visits, k: int, begin: float, end: float, speed2: float) -
     A stay that begins when the last stay ended belongs to the same passage, even after a bounce. The function does
     nothing if k is -1, which means that there was no room for the visit.
     """
-    if k < 0:
+    if k >= 0:
+        _note_times(visits.times, visits, k, begin, end, speed2)
+
+
+@kernel
+def _begin_figures(times: Any, visits: Visits, k: int, t: float, mass: float) -> None:
+    """Set the figures of a new visit k, which begins at the time t (s), to their first values.
+
+    times : as in `Visits`; None if only the rocks in each cell are counted: the call then does nothing
+    mass : of the rock, kg
+    """
+    if times is None:
         return
-    if begin > visits.times[k, UNTIL] + JOINED:
+    times[k, FIRST], times[k, UNTIL] = t, -math.inf
+    visits.most[k, SPEED2], visits.most[k, HEIGHT], visits.mass[k] = 0.0, 0.0, mass
+    visits.counts[k, PASSAGES], visits.counts[k, IMPACTS], visits.counts[k, DEPOSITS] = 0, 0, 0
+
+
+@kernel
+def _note_times(times: Any, visits: Visits, k: int, begin: float, end: float, speed2: float) -> None:
+    """Record in visit k that the rock is in the cell from `begin` to `end` (s), as `note_stay` does.
+
+    times : as in `Visits`; None if only the rocks in each cell are counted: the call then does nothing
+    speed2 : largest squared speed of the rock in this time (m^2/s^2)
+    """
+    if times is None:
+        return
+    if begin > times[k, UNTIL] + JOINED:
         visits.counts[k, PASSAGES] += 1
-    visits.times[k, FIRST] = min(visits.times[k, FIRST], begin)
-    visits.times[k, UNTIL] = max(visits.times[k, UNTIL], end)
+    times[k, FIRST] = min(times[k, FIRST], begin)
+    times[k, UNTIL] = max(times[k, UNTIL], end)
     visits.most[k, SPEED2] = max(visits.most[k, SPEED2], speed2)
 
 
@@ -197,8 +224,20 @@ def energy2_of(energy2: Any, visits: Visits, k: int) -> float:
 @kernel
 def note_height(visits: Visits, k: int, height: float) -> None:
     """Record a height (m) of the rock above ground in visit k, if it is the largest so far; do nothing if k is -1."""
-    if k >= 0 and height > visits.most[k, HEIGHT]:
-        visits.most[k, HEIGHT] = height
+    if k >= 0:
+        _note_height(visits.most, k, height)
+
+
+@kernel
+def _note_height(most: Any, k: int, height: float) -> None:
+    """Record a height (m) of the rock in visit k, if it is the largest so far; do nothing if `most` is None.
+
+    most : as in `Visits`
+    """
+    if most is None:
+        return
+    if height > most[k, HEIGHT]:
+        most[k, HEIGHT] = height
 
 
 @kernel
@@ -233,4 +272,12 @@ def note_count(visits: Visits, k: int, which: int) -> None:
     which : IMPACTS or DEPOSITS
     """
     if k >= 0:
-        visits.counts[k, which] += 1
+        _add_one(visits.counts, k, which)
+
+
+@kernel
+def _add_one(counts: Any, k: int, which: int) -> None:
+    """Add one to a count of visit k; do nothing if `counts` is None; counts : as in `Visits`; which : its column."""
+    if counts is None:
+        return
+    counts[k, which] += 1

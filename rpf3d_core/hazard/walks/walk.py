@@ -67,6 +67,7 @@ def with_more_room(scratch: Scratch) -> Scratch:
             visits.way is not None,
             visits.energy2 is not None,
             visits.rock is not None,
+            visits.times is not None,
         )
         for visits in (scratch.squares, scratch.facets, scratch.zones, scratch.areas)
     )
