@@ -58,7 +58,7 @@ class Desk:
             refused=lambda text: self._later(lambda: self._refused(text)),
             busy=lambda text: self._later(lambda: self._busy(text)),
         ))  # fmt: skip
-        self.sender = Sender(self._send)
+        self.sender = Sender(lambda: self.view.update(), self._do)
         self.view = build_page(self.server, self.shown.window, self._actions(), self.sender.drawn)
 
     @property
@@ -332,11 +332,6 @@ class Desk:
             **section, "name": scene.path.stem, "path": shown_path(scene.path), "unsaved": scene.unsaved,
             "listed": self.state.listed + 1,  # lets the fields of materials show their values
         })  # fmt: skip
-
-    def _send(self) -> None:
-        """Send the view to the browser, with the values of the page that belong to it."""
-        with self.state:
-            self.view.update()
 
     def _drawn(self) -> None:
         """Show the drawing of the new source or area."""

@@ -15,9 +15,13 @@ class Sender:
     legend of another.
     """
 
-    def __init__(self, send: Callable[[], None]) -> None:
-        """Wait for the first state; send : function that sends the present state of the view."""
-        self._send = send
+    def __init__(self, send: Callable[[], None], do: Callable[[Callable[[], None]], None]) -> None:
+        """Wait for the first state.
+
+        send : function that sends the present state of the view
+        do : calls the function that it is given, and then sends changed values of the page to the browser
+        """
+        self._send, self._do = send, do
         self._loop: asyncio.AbstractEventLoop | None = None
         self._waiting: asyncio.TimerHandle | None = None
         self._has_changed = False
@@ -33,7 +37,7 @@ class Sender:
             return
         self._send()
         if self._loop is not None:  # otherwise nothing was sent: a browser receives the whole state when it connects
-            self._waiting = self._loop.call_later(LONGEST, self.drawn)
+            self._waiting = self._loop.call_later(LONGEST, self._do, self.drawn)
 
     def drawn(self) -> None:
         """Send the view again if it has changed; call this when the browser has drawn the state that was sent last."""

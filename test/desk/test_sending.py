@@ -13,19 +13,23 @@ class Timer:
     def __init__(self) -> None:
         self.due: Callable[[], None] | None = None
 
-    def call_later(self, seconds: float, work: Callable[[], None]) -> "Timer":
+    def call_later(self, seconds: float, do: Callable[..., None], work: Callable[[], None]) -> "Timer":
         assert seconds == sending.LONGEST and self.due is None, "two states are under way"
-        self.due = work
+        self.due = lambda: do(work)
         return self
 
     def cancel(self) -> None:
         self.due = None
 
 
+def at_once(work: Callable[[], None]) -> None:
+    work()
+
+
 def sender_to_a_browser() -> tuple[Sender, list[str], Timer, Callable[[str], None]]:
     """Return a sender, the list of what it sends, its timer, and a function that shows a text and reports it."""
     state, sent, timer = [""], [], Timer()
-    sender = Sender(lambda: sent.append(state[0]))
+    sender = Sender(lambda: sent.append(state[0]), at_once)
     sender.connected(timer)  # type: ignore[arg-type]
 
     def show(text: str) -> None:
@@ -63,7 +67,7 @@ def test_without_a_report_of_the_browser_the_last_state_is_sent_after_some_secon
 
 def test_states_before_a_browser_can_connect_do_not_wait() -> None:
     sent: list[int] = []
-    sender = Sender(lambda: sent.append(len(sent)))
+    sender = Sender(lambda: sent.append(len(sent)), at_once)
     sender.update()
     sender.update()
     loop = asyncio.new_event_loop()
