@@ -82,7 +82,7 @@ class Layers:
         return laid_out
 
 
-class ReachedCells(NamedTuple):
+class ReachCounts(NamedTuple):
     """The S cells that rocks reached, out of C cells, where nothing is counted but rocks.
 
     all_cells : C; cell : (S,) number of each cell, ascending; rocks : (S,) distinct rocks that reached it, at least 1
@@ -139,7 +139,7 @@ class HazardMaps:
     sets: Any = None
     reach_band: Any = None
     sources: Any = None
-    reached_facets: ReachedCells | None = None
+    reached_facets: ReachCounts | None = None
 
     @property
     def energy_kind(self) -> str:
@@ -152,7 +152,7 @@ class HazardMaps:
         return None if self.sources is None else self.sources.cells
 
 
-def reach_probability(layers: Layers | ReachedCells, flown: int) -> FloatArray:
+def reach_probability(layers: Layers | ReachCounts, flown: int) -> FloatArray:
     """Return the reach probability (S,) (-) of S cells: the share of all rocks flown that reached each cell.
 
     The probability is for a rock that falls; it does not state how often rocks fall. Source: Hantz et al. 2021,

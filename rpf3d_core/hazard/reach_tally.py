@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from rpf3d_core.hazard.maps import ReachedCells
+from rpf3d_core.hazard.maps import ReachCounts
 from rpf3d_core.hazard.walks.visits import USED, Visits
 from rpf3d_core.jit.dispatch import loop
 from rpf3d_core.jit.memory import longer
@@ -67,11 +67,11 @@ class ReachTally:
             self._used += len(new)
             self.rocks[cells] += other.rocks[cells]
 
-    def reached(self) -> ReachedCells:
+    def reached(self) -> ReachCounts:
         """Return the cells that rocks reached, in order of cell."""
         cell = np.sort(self._reached[: self._used])
         rocks = self.rocks[cell].astype(np.int64)
-        return ReachedCells(all_cells=len(self.rocks), cell=cell.astype(np.int64), rocks=rocks)
+        return ReachCounts(all_cells=len(self.rocks), cell=cell.astype(np.int64), rocks=rocks)
 
     def _make_room(self, more: int) -> None:
         """Enlarge the list of reached cells, if `more` cells might not fit."""

@@ -5,7 +5,7 @@ import pytest
 from scenes.small_pit import scene_file
 
 from rpf3d_core.ensemble.fly import fly_ensemble
-from rpf3d_core.hazard.maps import Layers, ReachedCells
+from rpf3d_core.hazard.maps import Layers, ReachCounts
 from rpf3d_core.hazard.reach_tally import ReachTally
 from rpf3d_core.hazard.tallies import Tallies, with_reach_only
 from rpf3d_core.hazard.walks.visits import USED, empty_visits, next_rock, visit
@@ -28,13 +28,13 @@ def counted(prepared: Prepared, *ranges: range, tallies: Tallies) -> Tallies:
     return tallies
 
 
-def reached_by(tallies: Tallies) -> ReachedCells:
+def reached_by(tallies: Tallies) -> ReachCounts:
     found = tallies.maps(1, ()).reached_facets
     assert found is not None
     return found
 
 
-def assert_same(reached: ReachedCells, layers: Layers) -> None:
+def assert_same(reached: ReachCounts, layers: Layers) -> None:
     assert len(layers.cell) > 10 and layers.rocks.max() > 1
     assert np.array_equal(reached.cell, layers.cell) and np.array_equal(reached.rocks, layers.rocks)
 
