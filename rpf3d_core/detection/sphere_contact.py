@@ -39,13 +39,6 @@ from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import ZERO, Vec
 from rpf3d_core.vectors import dot, norm, scale, subtract, without
 
-DIP = 1e-4
-"""Largest depth below the plane of a facet, divided by the radius (-), from which a sphere rises to its border.
-
-A sphere that touches an edge from outside a facet, at a distance d of its foot from the facet, is d^2 / 2R below the
-plane of the facet: d is at most 1.4 % of the radius R here.
-"""
-
 
 @kernel
 def earlier_touch(facets: Facets, f: int, course: Course, end: float, before: float, best: Touch) -> Touch:
@@ -91,7 +84,7 @@ def _earlier_on_face(facets: Facets, f: int, course: Course, n: Vec, c: float, b
         t = falling_time(max(gap, 0.0) if gap >= -near else gap, b, 0.5 * a)
         if t < math.inf and course.a[2] == -course.gravity and not _is_over(facets, f, course, t):
             t = _entry_time(facets, f, course, n, t)
-        elif t == math.inf and -DIP * course.radius <= gap < -near and course.a[2] == -course.gravity:
+        elif t == math.inf and b > 0.0 > a and gap - 0.5 * b * b / a >= -near and course.a[2] == -course.gravity:
             t = _time_from_border(facets, f, course, gap, b, a)
     if t > best.t or not _is_over(facets, f, course, t):
         return best
@@ -132,7 +125,7 @@ def _entry_time(facets: Facets, f: int, course: Course, n: Vec, t: float) -> flo
 
 @kernel
 def _time_from_border(facets: Facets, f: int, course: Course, gap: float, b: float, a: float) -> float:
-    """Return the time (s) when a flying sphere meets facet f, if it starts below the plane of f and outside f.
+    """Return the time (s) when a flying sphere meets facet f, if it rises to the plane of f, but not above it.
 
     The result is inf if the sphere does not meet facet f.
 
@@ -140,8 +133,9 @@ def _time_from_border(facets: Facets, f: int, course: Course, gap: float, b: flo
     b, a : its speed (m/s) and acceleration (m/s^2) away from the plane
 
     A sphere that takes off from an edge of facet f, or lands on it, is below the plane of f until its foot crosses the
-    border of f. If its height above the plane is at most NEAR tolerances there, it touches facet f at the border, and
-    meets it there or where it comes back to this height. A sphere that is deeper has met the edge before.
+    border of f: at a distance d outside f, by d^2 / 2R. If its height above the plane is at most NEAR tolerances at the
+    border, it touches facet f there, and meets it there or where it comes back to this height. A sphere that is deeper
+    has met the edge before.
     """
     t = time_into(facets, f, course.x, course.v, course.a, facets.tolerance)
     if t == math.inf or abs(gap + (b + 0.5 * a * t) * t) > NEAR * facets.tolerance:

@@ -157,7 +157,7 @@ def test_spheres_released_in_motion_in_a_groove_move_on(noise, dip):
     assert np.isin(flights.deposits.outcome, [Outcome.MAX_TIME, Outcome.LEFT_TERRAIN]).all()
 
 
-@pytest.mark.parametrize("outside", [1e-6, 1e-5, 1e-4])
+@pytest.mark.parametrize("outside", [1e-5, 1e-4, 1e-3])
 def test_a_sphere_that_swings_around_an_edge_in_flight_lands_on_the_facet_behind_the_edge(outside):
     """Gravity just bends the path around the edge: the sphere rises to the plane of the facet, but not above it."""
     facets = engine_over("compiled", terrain_of([[0, -9, 0], [9, 0, 0], [0, 9, 0]], [[0, 1, 2]])).facets

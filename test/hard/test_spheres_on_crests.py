@@ -99,3 +99,23 @@ def test_a_sphere_at_rest_at_the_brow_of_a_wall_takes_off_where_the_contact_is_l
     at_brow = np.abs(np.hypot(paths.x[:, 0], paths.x[:, 2]) - radius) < 1e-9
     assert paths.x[at_brow, 2].min() > -1e-4 * radius
     assert (flights.deposits.outcome == Outcome.LEFT_TERRAIN).all(), "none stays at the brow"
+
+
+@pytest.mark.parametrize("radius", [0.05, 0.1, 0.5])
+def test_a_sphere_that_flies_over_a_crest_of_a_large_terrain_lands_on_the_level_facet_behind_it(radius):
+    """The facet before the crest rises; at the release, the foot of the sphere is outside the level facet.
+
+    Some spheres swing around the crest in flight: each rises to its height above the level facet, but not higher.
+    """
+    size, outside, share = 1000.0, np.repeat([0.0145, 0.02, 0.033, 0.045], 11), np.tile(np.linspace(-0.5, 1.0, 11), 4)
+    speed = np.sqrt(9.81 * radius * (1.0 - 0.5 * share * outside**2))
+    up = np.sqrt(1.0 - outside**2)
+    x = radius * np.column_stack([-outside, np.zeros(outside.size), up])
+    v = speed[:, None] * np.column_stack([up, np.zeros(outside.size), outside])
+    for rise in np.unique(outside):
+        low, rows = -size * math.tan(math.asin(rise)), outside == rise
+        corners = size * np.array([[-1, -1, 0], [0, -1, 0], [0, 1, 0], [-1, 1, 0], [1, -1, 0], [1, 1, 0]])
+        corners[[0, 3], 2] = low
+        engine = engine_over("compiled", terrain_of(corners, [[0, 1, 2], [0, 2, 3], [1, 4, 5], [1, 5, 2]]))
+        flights = roll(engine, spheres(GROUND, max_time=0.15), radius, x[rows], v[rows])
+        assert flights.deposits.x[:, 2].min() > radius - 1e-6, "none is below the level facet"
