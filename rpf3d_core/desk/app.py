@@ -58,7 +58,8 @@ class Desk:
             refused=lambda text: self._later(lambda: self._refused(text)),
             busy=lambda text: self._later(lambda: self._busy(text)),
         ))  # fmt: skip
-        self.sender = Sender(lambda: self.view.update(), self._do)
+        self._camera_turned = False
+        self.sender = Sender(self._send_view, self._do)
         self.view = build_page(self.server, self.shown.window, self._actions(), self.sender.drawn)
 
     @property
@@ -251,13 +252,11 @@ class Desk:
         """Show terrain, sources, areas and warnings of a prepared scene, unless the user has edited the scene since."""
         if self.scene is None or written != self.scene.written:
             return
-        new = self.shown.show_scene(prepared)
+        self._camera_turned = self.shown.show_scene(prepared) or self._camera_turned
         self.state.ready = True
         for sentence in (*prepared.placing, *prepared.faults.remarks, *prepared.doubts):
             self._say(NOTE, sentence)
         self.sender.update()
-        if new:
-            self.view.push_camera()
 
     def _results(self, run: Run, last: bool) -> None:
         """Show results on the page; last : True if no further results of this run follow.
@@ -292,6 +291,15 @@ class Desk:
         self.state.busy = text
 
     # The scene on the page
+
+    def _send_view(self) -> int:
+        """Send the view to the browser, with its camera if a new terrain has turned it; return the view's number."""
+        number = self.shown.window.next_number()
+        self.view.update()
+        if self._camera_turned:
+            self.view.push_camera()
+        self._camera_turned = False
+        return number
 
     def _opened(self) -> SceneState:
         if self.scene is None:

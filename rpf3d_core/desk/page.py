@@ -59,10 +59,11 @@ class Actions(NamedTuple):
     create: Callable[[], None]
 
 
-def build_page(server: Any, window: Any, actions: Actions, drawn: Callable[[], None]) -> Any:
+def build_page(server: Any, window: Any, actions: Actions, drawn: Callable[[float], None]) -> Any:
     """Build the page of a trame server, and return the widget that shows the VTK window in the browser.
 
-    drawn : called without arguments whenever the browser has drawn a new state of the window
+    drawn : called whenever the browser has taken over a state of the window, also when a page is loaded, with a number
+        larger than that of the state (`VtkWindow.next_number`)
     """
     html = library_of("desk", "trame.widgets.html", NEEDS)
     client = library_of("desk", "trame.widgets.client", NEEDS)
@@ -209,7 +210,7 @@ def _start_part(html: Any, actions: Actions) -> None:
              "options, such as units and axes.", classes="quiet")  # fmt: skip
 
 
-def _view(html: Any, window: Any, actions: Actions, drawn: Callable[[], None]) -> Any:
+def _view(html: Any, window: Any, actions: Actions, drawn: Callable[[float], None]) -> Any:
     """Add the view of the VTK window, in which a click without a drag adds a place to the drawing; return the view.
 
     drawn : as in `build_page`
@@ -223,7 +224,7 @@ def _view(html: Any, window: Any, actions: Actions, drawn: Callable[[], None]) -
         view = vtk.VtkLocalView(
             window.render_window, ref="view", style="position: absolute; inset: 0",
             picking_modes=("kind ? ['click'] : []",), click=(actions.click, "[$event, moved]"),
-            view_state_change=(drawn, "[]"),
+            view_state_change=(drawn, "[$event.mtime]"),
         )  # fmt: skip
         with html.Div(classes="hint", v_if="kind"):
             html.Span("Click on the terrain to add points: {{ clicks }} so far. Drag to turn the view.")

@@ -86,6 +86,15 @@ class VtkWindow:
         camera.SetPosition(*(middle + DISTANCE * size * np.array([*(LEVEL * side), RAISED])))
         camera.SetViewUp(0.0, 0.0, 1.0)
 
+    def next_number(self) -> int:
+        """Return a new number for the present content, larger than all numbers before.
+
+        trame-vtk sends this number, the window's modification time, with the content. The browser reports this number
+        plus one for content that it has drawn. If it has drawn the same content more than once, it adds one each time.
+        """
+        self.render_window.Modified()
+        return int(self.render_window.GetMTime())
+
     def _data(self, name: str, shown: bool) -> Any:
         """Show or hide the part of the view with a name of NAMES, and return its VTK data, which the caller fills."""
         self._actors[name].SetVisibility(shown)

@@ -27,9 +27,17 @@ def at_once(work: Callable[[], None]) -> None:
 
 
 def sender_to_a_browser() -> tuple[Sender, list[str], Timer, Callable[[str], None]]:
-    """Return a sender, the list of what it sends, its timer, and a function that shows a text and reports it."""
+    """Return a sender, the list of what it sends, its timer, and a function that shows a text.
+
+    The states have the numbers 10, 20 and so on.
+    """
     state, sent, timer = [""], [], Timer()
-    sender = Sender(lambda: sent.append(state[0]), at_once)
+
+    def send() -> int:
+        sent.append(state[0])
+        return 10 * len(sent)
+
+    sender = Sender(send, at_once)
     sender.connected(timer)  # type: ignore[arg-type]
 
     def show(text: str) -> None:
@@ -45,12 +53,25 @@ def test_a_state_waits_until_the_browser_has_drawn_the_one_before() -> None:
     show("b")
     show("c")
     assert sent == ["a"]
-    sender.drawn()
+    sender.drawn(11)
     assert sent == ["a", "c"]
-    sender.drawn()
+    sender.drawn(21)
     assert sent == ["a", "c"] and timer.due is None
     show("d")
     assert sent == ["a", "c", "d"]
+
+
+def test_a_second_report_of_a_state_does_not_end_the_wait_for_the_next_state() -> None:
+    """The browser reports a state twice if its page is loaded while the state is under way."""
+    sender, sent, timer, show = sender_to_a_browser()
+    show("a")
+    show("b")
+    sender.drawn(11)
+    sender.drawn(12)
+    show("c")
+    assert sent == ["a", "b"] and timer.due is not None
+    sender.drawn(21)
+    assert sent == ["a", "b", "c"]
 
 
 def test_without_a_report_of_the_browser_the_last_state_is_sent_after_some_seconds() -> None:
@@ -67,7 +88,12 @@ def test_without_a_report_of_the_browser_the_last_state_is_sent_after_some_secon
 
 def test_states_before_a_browser_can_connect_do_not_wait() -> None:
     sent: list[int] = []
-    sender = Sender(lambda: sent.append(len(sent)), at_once)
+
+    def send() -> int:
+        sent.append(len(sent))
+        return len(sent)
+
+    sender = Sender(send, at_once)
     sender.update()
     sender.update()
     loop = asyncio.new_event_loop()
