@@ -38,8 +38,9 @@ class Against(NamedTuple):
     x : (3,) m, centre of the sphere; v, down : (3,) m/s and m/s^2, velocity and acceleration of the sphere
     radius : radius of the sphere (m); noise : rounding of `way`, in the unit of `way`
 
-    A contact does not count if the sphere moves away from it. The interior of a facet counts only if the sphere stays
-    on the facet.
+    A contact does not count if the sphere moves away from it. The normal of an edge or a corner may differ by a few
+    tolerances divided by the radius from that of the facet that the sphere moves along: such an edge still counts. The
+    interior of a facet counts only if the sphere stays on the facet.
     """
 
     x: Vec
@@ -118,10 +119,13 @@ def against(quest: Against, facets: Facets, f: int, best: Touch) -> Touch:
     distance = norm(gap)
     if distance > quest.radius + NEAR * facets.tolerance or distance == 0.0:
         return best
-    m = scale(1.0 / distance, gap)
-    if dot(m, quest.v) > GRAZING * norm(quest.v):
+    m, speed = scale(1.0 / distance, gap), norm(quest.v)
+    away, rounding = dot(m, quest.v), 2.0 * (GRAZING + facets.tolerance / quest.radius)
+    if away > rounding * speed:
         return best
     face, along = _on_face(quest, facets, f, p), ZERO
+    if face and away > GRAZING * speed:
+        return best
     if face:
         side = 1.0 if dot(n, gap) >= 0.0 else -1.0
         m = scale(side, n)
@@ -135,7 +139,7 @@ def against(quest: Against, facets: Facets, f: int, best: Touch) -> Touch:
     else:
         along = _along_at_end(facets, f, p, gap, quest.v, along)
         if along[0] != 0.0 or along[1] != 0.0 or along[2] != 0.0:
-            opposed -= 2.0 * (GRAZING + facets.tolerance / quest.radius) * norm(quest.way)
+            opposed -= rounding * norm(quest.way)
     return lesser(best, Touch(t=opposed, facet=f, approach=0.0, n=m, along=along, face=face))
 
 
@@ -153,9 +157,16 @@ def _passes(quest: Against, tolerance: float, m: Vec, along: Vec, distance: floa
 
 @kernel
 def _on_face(quest: Against, facets: Facets, f: int, p: Vec) -> bool:
-    """Return True if a sphere touches the interior of facet f at p (m) and does not leave the facet across an edge."""
+    """Return True if a sphere touches the interior of facet f at p (m) and does not leave the facet across an edge.
+
+    In a shallow groove, gravity alone would pull the sphere off each flank, across the bottom line. But the other flank
+    turns this pull along the groove. So it is enough if the sphere stays on the facet when it is pushed along
+    `quest.way`.
+    """
     off = without(subtract(quest.x, p), stored_normal(facets, f))
-    return norm(off) <= 2.0 * facets.tolerance and stays_on(facets, f, p, quest.v, quest.down)
+    if norm(off) > 2.0 * facets.tolerance:
+        return False
+    return stays_on(facets, f, p, quest.v, quest.down) or stays_on(facets, f, p, quest.v, quest.way)
 
 
 @kernel

@@ -167,3 +167,22 @@ def test_a_sphere_that_swings_around_an_edge_in_flight_lands_on_the_facet_behind
     touch = earlier_touch(facets, 0, course, 1.0, 1.0, NO_TOUCH)
     at_border = outside / v[0]
     assert touch.face and 0.99 * at_border < touch.t < 2.01 * at_border  # the second: it comes back to its height
+
+
+@pytest.mark.parametrize("size, noise, radius", [(1e3, 0.2, 0.1), (1e3, 0.2, 0.5), (1e4, 0.2, 0.05), (1e4, 0.5, 0.05)])
+@pytest.mark.parametrize("at", ["edge", "vertex"])
+def test_spheres_released_at_rest_on_an_edge_of_a_large_terrain_roll_down(size, noise, radius, at):
+    """Each sphere touches the facets on both sides within rounding; none holds it on a slope of 38 degrees."""
+    random, count = np.random.default_rng(17), 300
+    terrain = rough_grid(100, size, 0.8, noise)
+    corners = terrain.vertices[terrain.triangles]
+    middles = corners.mean(axis=1)[:, :2]
+    inner = np.flatnonzero(((middles > 0.1 * size) & (middles < 0.9 * size)).all(axis=1))
+    corner = corners[random.choice(inner, count)]
+    n = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    n /= np.linalg.norm(n, axis=1)[:, None]
+    share = random.random(count)[:, None] if at == "edge" else 0.0
+    x = corner[:, 0] + share * (corner[:, 1] - corner[:, 0]) + radius * n
+    flights = roll(engine_over("compiled", terrain), spheres(GROUND, max_time=0.1, max_impacts=3000), radius, x)
+    assert (flights.deposits.outcome == Outcome.MAX_TIME).all()
+    assert (x[:, 2] - flights.deposits.x[:, 2]).min() > 0.005, "a sphere that rolls freely falls by 13 mm"
