@@ -129,7 +129,8 @@ def roll_on(
         n, push = resultant(held)
     surface = surface_under(physics, held, rock, state)
     slip = slip_under(held, lying, n, locator.radius)
-    if sticks(slip, held.way, surface.mu * push):
+    brief = BENDS * locator.radius / max(norm(lying.v), VANISHED)
+    if sticks(slip, held.way, surface.mu * push, brief):
         lying = kicked(lying, n, locator.radius, STICKS * norm(slip), slip)
         slip = ZERO
     piece = rolling_piece(lying.v, slip, n, held.way, push, surface, locator.radius)

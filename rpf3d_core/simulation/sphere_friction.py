@@ -7,7 +7,7 @@ from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.coulomb_sphere import kicked, slip_of
 from rpf3d_core.kinetics.ground import shared
 from rpf3d_core.kinetics.rolling_moment import STICKS
-from rpf3d_core.kinetics.sphere_ground import CRAWL, STRAIGHT
+from rpf3d_core.kinetics.sphere_ground import CRAWL, STRAIGHT, TURN
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.simulation.physics import Physics, ground_of
@@ -58,18 +58,23 @@ def slip_under(held: Held, motion: Motion, n: Vec, radius: float) -> Vec:
 
 
 @kernel
-def sticks(slip: Vec, g_t: Vec, friction: float) -> bool:
-    """Return True if the small slip of a sphere must be set to zero at once, so that the sphere rolls.
+def sticks(slip: Vec, g_t: Vec, friction: float, brief: float) -> bool:
+    """Return True if the small slip of a sphere must be set to zero at once.
 
     slip : (3,) m/s; g_t : (3,) m/s^2, gravity along the ground; friction : largest deceleration by friction (m/s^2)
+    brief : shortest duration (s) of a segment that only turns the slip
 
-    The result is True for a slip below CRAWL, if friction is strong enough for rolling and gravity turns the direction
-    of the slip. As the slip decreases, its direction would turn faster and faster.
+    The result is True for a slip below CRAWL whose direction gravity turns, if friction is strong enough for rolling,
+    or if the segment would be shorter than `brief`. As the slip decreases, its direction turns faster and faster, and
+    the segments become ever shorter. Around an edge, where spin turns the slip back, they could do so without end.
     """
     slips = norm(slip)
-    if slips > CRAWL or slips == 0.0 or STICKS * norm(g_t) > friction:
+    if slips > CRAWL or slips == 0.0:
         return False
-    return norm(without(g_t, scale(1.0 / slips, slip))) > STRAIGHT * (norm(g_t) + friction)
+    across = norm(without(g_t, scale(1.0 / slips, slip)))
+    if across <= STRAIGHT * (norm(g_t) + friction):
+        return False
+    return STICKS * norm(g_t) <= friction or slips <= brief * max(across / TURN, 3.5 * friction)  # as in `_skids`
 
 
 @kernel

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from flights.on_both_engines import BOTH
 from flights.rolling_spheres import places_of, roll, spheres
-from flights.scenes_of_facets import engine_over, grid_triangles, terrain_of
+from flights.scenes_of_facets import engine_over, grid_triangles, rough_grid, terrain_of
 
 from rpf3d_core.detection.sphere_contact import earlier_touch
 from rpf3d_core.detection.sphere_course import NO_TOUCH, Course
@@ -119,3 +119,21 @@ def test_a_sphere_that_flies_over_a_crest_of_a_large_terrain_lands_on_the_level_
         engine = engine_over("compiled", terrain_of(corners, [[0, 1, 2], [0, 2, 3], [1, 4, 5], [1, 5, 2]]))
         flights = roll(engine, spheres(GROUND, max_time=0.15), radius, x[rows], v[rows])
         assert flights.deposits.x[:, 2].min() > radius - 1e-6, "none is below the level facet"
+
+
+@pytest.mark.parametrize("size", [1e3, 1e4])
+def test_spheres_that_skid_around_edges_of_rough_ground_roll_on_in_a_large_terrain(size):
+    """On an edge, spin can keep the slip of a sphere near zero; such spheres once ended as unresolved contacts."""
+    rough, random, count = rough_grid(40, 80.0, 0.36, 0.15, seed=5), np.random.default_rng(3), 900
+    far = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])  # makes the contact tolerance larger
+    place = np.array([0.7 * size, 0.7 * size, 0.0])
+    vertices, alone = np.vstack([rough.vertices + place, far]), len(rough.vertices) + np.arange(3)
+    terrain = terrain_of(vertices, np.vstack([rough.triangles, alone]))
+    radius, at = random.choice([0.05, 0.1, 0.25], count), random.uniform([5.0, 10.0], [30.0, 70.0], (count, 2))
+    x = np.column_stack([at, -0.36 * at[:, 0] + 0.15 + 1.4 * radius + random.choice([0.01, 0.3, 2.0], count)])
+    v = np.column_stack([random.uniform(0.0, 3.0, count), random.uniform(-2.0, 2.0, count), np.zeros(count)])
+    ground = Surface(0.35, 0.8, 0.5, 0.1, 0.35)
+    physics = spheres(ground, max_time=60.0, max_impacts=100_000)
+    flights = roll(engine_over("compiled", terrain), physics, radius, x + place, v)
+    assert np.isin(flights.deposits.outcome, [Outcome.STOPPED, Outcome.LEFT_TERRAIN]).all()
+    assert flights.deposits.path.mean() > 5.0
