@@ -160,6 +160,10 @@ class AlertDesk:
         with self._served:
             return self._served.wait_for(lambda: len(self._undecided) < MOST_UNDECIDED or self._closed, seconds)
 
+    def clicked(self, region: Hashable, stamp_ns: int) -> None:
+        """Note a clicked source before it is answered; arguments as in `RegionEvidence.clicked`."""
+        self._evidence.clicked(region, stamp_ns)
+
     def miss(self, topic: str, at_ns: int) -> None:
         """Record that messages of a topic of sources were lost before they could be read; at_ns : current time (ns)."""
         with self._served:

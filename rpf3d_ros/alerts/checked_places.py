@@ -62,6 +62,9 @@ class Scans:
         self.unreported_at[stamp_ns] = digest
         if stamp_ns > first_ns:
             self.last_parts[first_ns] = stamp_ns
+        for known in (self.unreported_at, self.last_parts):
+            while len(known) > MOST_MESSAGES:
+                del known[next(iter(known))]  # type: ignore[attr-defined]
 
     def is_incomplete(self, stamp_ns: int) -> bool:
         """Return True if a further part of a scan was received after the part with this stamp (ns)."""

@@ -12,7 +12,7 @@ from rpf3d_core.live.evidence import together
 from rpf3d_core.live.outlines import WatchedOutlines
 from rpf3d_ros.alerts.first_scans import FirstScans
 from rpf3d_ros.alerts.regions import unreported_region
-from rpf3d_ros.alerts.source_topics import BY_HAND, SourceTopics
+from rpf3d_ros.alerts.source_topics import ANY_STAMP, BY_HAND, SourceTopics
 from rpf3d_ros.alerts.unreported_evidence import UnreportedEvidence
 from rpf3d_ros.alerts.watched_terrain import WatchedTerrain
 from rpf3d_ros.messages.stamps import SECOND
@@ -41,14 +41,6 @@ class TopicEvidence(NamedTuple):
     def stamp_ns(self) -> int:
         """Stamp of the sources (ns)."""
         return self.evidence.trigger_stamp_ns
-
-    def with_faults_of(self, other: "TopicEvidence") -> "TopicEvidence":
-        """Return this evidence with the faults of `other` added, for example that patches are missing in the terrain.
-
-        The faults would be lost otherwise, because `other` is not kept.
-        """
-        faults = tuple(dict.fromkeys((*self.evidence.faults, *other.evidence.faults)))
-        return self._replace(evidence=self.evidence._replace(faults=faults))
 
     def clears(self, other: "TopicEvidence") -> bool:
         """True if `other` has the same topic and an older stamp, so that this evidence replaces `other`.
@@ -82,6 +74,7 @@ class RegionEvidence:
         self._ground = WatchedTerrain(terms.changed_terrain_s)
         self._evidence: dict[Hashable, TopicEvidence] = {}
         self._newest_at_ns = 0
+        self._clicks: dict[Hashable, int] = {}  # stamp of each click that has no answer yet (ns), by region
         self._topics = SourceTopics(expected, has_sensors, heard, ns_of(terms.scan_period_s or 0.0))
         self._outlines = WatchedOutlines()
 
@@ -98,8 +91,8 @@ class RegionEvidence:
     def note(self, region: Hashable, topic: str, evidence: Evidence) -> None:
         """Keep the evidence of a region, unless newer evidence of the region is already kept.
 
-        Evidence without sources removes older evidence of its topic. Only the last evidence without sources is kept;
-        its faults are added to the evidence that has sources. In any case, note that the topic has published.
+        Evidence without sources removes older evidence of its topic. Of evidence without sources and without faults,
+        only the last is kept. In any case, note that the topic has published.
 
         Evidence on the unreported places of a topic goes to `UnreportedEvidence` only.
         """
@@ -117,9 +110,20 @@ class RegionEvidence:
         self._newest_at_ns = max(self._newest_at_ns, evidence.at_ns)
         others = {wall: kept for wall, kept in self._evidence.items() if wall != region}
         if not evidence.sources:
-            seen = {wall: kept for wall, kept in others.items() if kept.evidence.sources and not new.clears(kept)}
-            others = {wall: kept.with_faults_of(new) for wall, kept in seen.items()}
+            counts = {wall: kept for wall, kept in others.items() if kept.evidence.sources or kept.evidence.faults}
+            others = {wall: kept for wall, kept in counts.items() if not new.clears(kept)}
         self._evidence = {**others, region: new}
+        if self._clicks.get(region, ANY_STAMP) <= new.stamp_ns:
+            self._clicks.pop(region, None)
+
+    def clicked(self, region: Hashable, stamp_ns: int) -> None:
+        """Note a click before it is answered; any thread may call, even before an earlier click is answered.
+
+        Until it has an answer, an earlier click at the same place counts, even if it becomes too old.
+
+        stamp_ns : stamp of the click (ns)
+        """
+        self._clicks[region] = stamp_ns
 
     def watch(self, outlines: Mapping[str, str], terrain: str | None, now_ns: int) -> None:
         """Set the current areas and terrain; evidence for other outlines or terrains is outdated from now (ns) on.
@@ -147,20 +151,26 @@ class RegionEvidence:
         """Return the evidence of all regions, combined into one for a decision at `now_ns` (ns); None without evidence.
 
         Stale evidence is forgotten: a later message of its sensor may have reported other sources. If the sensor has
-        reported nothing later, its silence is a fault. If all evidence is stale, the newest evidence counts.
-        Evidence without sources counts only if no other evidence has sources. `outdated` of the result lists each area
-        whose current outline is missing in the evidence of a region. `faults` of the result also names silent topics,
-        lost messages, incomplete first scans, dangerous unreported places, and answers over the former terrain.
+        reported nothing later, its silence is a fault. If all evidence is stale, the newest evidence counts. Evidence
+        of a click also counts until a later click at the same place is answered.
+        If other evidence has sources, only the faults count of evidence without sources. `outdated` of the result lists
+        each area whose current outline is missing in the evidence of a region. `faults` of the result also names silent
+        topics, lost messages, incomplete first scans, dangerous unreported places, and answers over the former terrain.
         """
         if not self._evidence:
             return None
         oldest = min(now_ns - self._max_age_ns, max(kept.stamp_ns for kept in self._evidence.values()))
-        self._evidence = {wall: kept for wall, kept in self._evidence.items() if kept.stamp_ns >= oldest}
+        clicks = {wall: stamp for wall, stamp in dict(self._clicks).items() if stamp >= oldest}
+        self._evidence = {
+            wall: kept for wall, kept in self._evidence.items() if kept.stamp_ns >= oldest or wall in clicks
+        }
         every = list(self._evidence.values())
+        failed = [fault for kept in every if not kept.evidence.sources for fault in kept.evidence.faults]
         every = [kept for kept in every if kept.evidence.sources] or every
         parts, grounds = [kept.evidence for kept in every], [kept.over_ground for kept in every]
         known = self._outlines.described(together(parts))
-        faults = (*known.faults, *self._topics.silent(oldest, now_ns), *self._scans.faults())
+        own = dict.fromkeys((*known.faults, *failed))
+        faults = (*own, *self._topics.silent(oldest, now_ns), *self._scans.faults())
         if self._unreported is not None:
             shown = partial(_of_topic, every)
             faults = (*faults, *self._unreported.faults(shown).values())
@@ -223,4 +233,5 @@ class RegionEvidence:
 
     def _clear(self) -> None:
         self._evidence.clear()
+        self._clicks.clear()
         self._newest_at_ns = 0

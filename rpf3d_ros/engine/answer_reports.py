@@ -4,6 +4,7 @@ import traceback
 from collections.abc import Callable, Hashable
 from typing import NamedTuple
 
+from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.live.answers import Answer
 from rpf3d_core.live.standing import PreparedTerrain
 from rpf3d_core.live.triggers import Trigger
@@ -26,12 +27,14 @@ class PresentState(NamedTuple):
     region_of : returns the region of a trigger, that is the wall that its sources belong to
     standing : returns the terrain in use, None if there is none
     watch_present : passes the current outlines and terrain to the alert desk, before it decides
+    while_known : as in `Flyer`
     """
 
     desk: Callable[[], AlertDesk | None]
     region_of: Callable[[Trigger], Hashable]
     standing: Callable[[], PreparedTerrain | None]
     watch_present: Callable[[], None]
+    while_known: Callable[[Trigger, Callable[[], None]], bool]
 
 
 class AnswerReports:
@@ -57,14 +60,16 @@ class AnswerReports:
     def answered(self, answer: Answer) -> None:
         """Request an alert decision on an answer, and publish the answer.
 
-        An answer to places that are no longer reported is not published. Return only when few answers wait for their
-        decision (`AlertDesk.wait_for_room`), because the disk may be slow.
+        An answer to places that are no longer reported is not published. An answer to sources that have been forgotten
+        meanwhile, for example because the clock went back, counts for nothing. Return only when few answers wait for
+        their decision (`AlertDesk.wait_for_room`), because the disk may be slow.
         """
         self._state.watch_present()
         desk = self._state.desk()
         if desk is not None:
             evidence = evidence_of_answer(answer, self._circumstances())
-            desk.decide_on(self._state.region_of(answer.trigger), evidence, answer.trigger.topic)
+            if not self._decide_on(desk, answer.trigger, evidence):
+                return
         if not answer.trigger.is_unreported:
             self._publish(answer)
         while desk is not None and not self._closing and not desk.wait_for_room(ROOM_WITHIN):
@@ -83,15 +88,22 @@ class AnswerReports:
 
         For places that are no longer reported, there is no report in the diagnostics.
         """
-        if trigger.is_unreported:  # the message with the current sources may have an answer
-            self._decide_without_answer(trigger, why)
-        else:
-            self.refuse_sources(trigger, why)
-
-    def refuse_sources(self, trigger: Trigger, why: str) -> None:
-        """Report why sources are refused, in the diagnostics and as a fault of the alert."""
-        self._outlets.health.set("run", WARN, f"sources refused: {why}")
+        if not trigger.is_unreported:  # otherwise the message with the current sources may have an answer
+            self._report_refused(why)
         self._decide_without_answer(trigger, why)
+
+    def drop(self, trigger: Trigger, why: str) -> None:
+        """Report why sources that wait are not answered for now, in the diagnostics and as a fault of the alert.
+
+        Only the thread that receives sources, and forgets them, may call.
+        """
+        self._report_refused(why)
+        desk = self._state.desk()
+        if desk is not None:
+            desk.decide_on(self._state.region_of(trigger), self._without_answer(trigger, why), trigger.topic)
+
+    def _report_refused(self, why: str) -> None:
+        self._outlets.health.set("run", WARN, f"sources refused: {why}")
 
     def groundless(self, trigger: Trigger) -> None:
         """Report that there is no terrain for an answer, which is a fault of the alert."""
@@ -121,8 +133,19 @@ class AnswerReports:
     def _decide_without_answer(self, trigger: Trigger, fault: str) -> None:
         desk = self._state.desk()
         if desk is not None:
-            evidence = evidence_without_answer(trigger, fault, self._circumstances())
-            desk.decide_on(self._state.region_of(trigger), evidence, trigger.topic)
+            self._decide_on(desk, trigger, self._without_answer(trigger, fault))
+
+    def _decide_on(self, desk: AlertDesk, trigger: Trigger, evidence: Evidence) -> bool:
+        """Request a decision on evidence, unless its trigger has been forgotten; return False in this case.
+
+        The clock may go back while the evidence is made. If the request came after that of `AlertDesk.forget`, the
+        evidence would count as new.
+        """
+        region = self._state.region_of(trigger)
+        return self._state.while_known(trigger, lambda: desk.decide_on(region, evidence, trigger.topic))
+
+    def _without_answer(self, trigger: Trigger, fault: str) -> Evidence:
+        return evidence_without_answer(trigger, fault, self._circumstances())
 
     def _circumstances(self) -> EvidenceContext:
         return EvidenceContext(

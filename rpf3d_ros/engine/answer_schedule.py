@@ -38,7 +38,8 @@ class AnswerSchedule:
         pushed_out = self._sources.put(trigger)
         if pushed_out is not None:
             self._answered.note(self._sources.region_of(pushed_out), pushed_out)
-            self._interrupted.append(pushed_out)
+            kept = [*self._interrupted, pushed_out]
+            self._interrupted = [each for each in kept if self._answered.holds(each)]
         return pushed_out
 
     def end_unreported(self, topic: str) -> None:

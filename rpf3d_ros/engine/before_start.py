@@ -36,8 +36,9 @@ class BeforeStart:
 
     @property
     def heard(self) -> list[str]:
-        """The topics of sensors that had published before the start."""
-        return [topic for topic in self.memory.get("heard", ()) if topic in self.sensors]
+        """The topics of sensors that had published before the start; also those whose messages had no answer yet."""
+        published = dict.fromkeys((*self.memory.get("heard", ()), *(self.dangers or ())))
+        return [topic for topic in published if topic in self.sensors]
 
     @property
     def missed(self) -> dict[str, int]:

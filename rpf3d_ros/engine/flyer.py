@@ -176,6 +176,17 @@ class Flyer:
         with self._changed:
             self._forget()
 
+    def while_known(self, trigger: Trigger, do: Callable[[], None]) -> bool:
+        """Call `do` if a trigger that was flown is not forgotten, and return True if so.
+
+        `forget` and `deactivate` wait until `do` has returned. So `do` can pass on what is only valid before them.
+        """
+        with self._changed:
+            is_known = self._active and self._schedule.current is trigger
+            if is_known:
+                do()
+        return is_known
+
     def _forget(self) -> None:
         self._schedule.forget()
         self._published.clear()

@@ -140,6 +140,7 @@ class Station:
         return PresentState(
             desk=lambda: self.desk, region_of=self.sources.region_of, standing=lambda: self.flyer.standing,
             watch_present=self._watch_present,
+            while_known=lambda trigger, do: self.flyer.while_known(trigger, do),
         )  # fmt: skip
 
     def _desk_of(self, configuration: StationConfiguration, thresholds: Thresholds) -> AlertDesk:
@@ -270,6 +271,8 @@ class Station:
         """
         if trigger.topic == BY_HAND:
             self._clicked_s = time.monotonic()
+            if self.desk is not None:
+                self.desk.clicked(self.sources.region_of(trigger), trigger.stamp_ns)
         for each in [trigger] if self._places is None else self._places.submitted(trigger):
             self._queue(each)
         self.report_waiting()
@@ -278,7 +281,7 @@ class Station:
         pushed_out = self.flyer.submit(trigger)
         if pushed_out is not None:
             most = self._configuration.parameters.waiting_sources
-            self.reports.refuse_sources(
+            self.reports.drop(
                 pushed_out, f"more than {most} regions report sources at once: raise waiting_sources or region_size"
             )
 

@@ -515,11 +515,18 @@ def test_a_sensor_that_was_removed_is_a_fault_over_a_new_beginning_and_none_for_
         assert configured.close(PATIENCE)
 
 
+def do_at_once(trigger, do):
+    """Take the place of `Flyer.while_known` for a trigger that is not forgotten."""
+    do()
+    return True
+
+
 def answer_reports(desk):
     """Return answer reports of one wall at NOW, which request decisions from a desk."""
     state = PresentState(
-        desk=lambda: desk, region_of=lambda trigger: "wall", standing=lambda: None, watch_present=lambda: None
-    )
+        desk=lambda: desk, region_of=lambda trigger: "wall", standing=lambda: None, watch_present=lambda: None,
+        while_known=do_at_once,
+    )  # fmt: skip
     outlets = MagicMock(now=lambda: NOW)
     return AnswerReports(SimpleNamespace(scene=SimpleNamespace(seed=1)), outlets, state)
 
@@ -616,7 +623,7 @@ def test_a_wall_that_found_no_room_is_a_fault_of_that_wall():
     told, pushed_out = [], SimpleNamespace()
     station = SimpleNamespace(
         flyer=SimpleNamespace(submit=lambda trigger: pushed_out), report_waiting=lambda: None,
-        reports=SimpleNamespace(refuse_sources=lambda *about: told.append(about)), _places=None,
+        reports=SimpleNamespace(drop=lambda *about: told.append(about)), _places=None,
         _configuration=SimpleNamespace(parameters=SimpleNamespace(waiting_sources=3)),
     )  # fmt: skip
     station._queue = partial(Station._queue, station)

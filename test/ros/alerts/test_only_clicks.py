@@ -7,23 +7,15 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 import numpy as np
 from live_sites.watched_pit import start_with
 from never_green import pit
-from never_green.plan import Plan, Send, Speaker, Truth
-from never_green.stories import CLICK, RADAR_A, survey
+from never_green.first_messages import AREA, NOTHING, PLAN, WHOLE, faults_after
+from never_green.plan import Send
+from never_green.stories import CLICK
 
 from rpf3d_ros.alerts.source_topics import ONLY_CLICKS
 
-TRUTH = Truth(sources=(), bank_until=np.inf, areas=(pit.outline(pit.ROAD),) * 2, area_since=0.0)
-TOPICS = (RADAR_A, CLICK, "terrain/points", "areas/polygon")
-PLAN = Plan(
-    truth=TRUTH, sends=(), speakers=tuple(Speaker(topic=topic, number=0) for topic in TOPICS), sensors=(),
-    limits="restrict", expects=False,
-)  # fmt: skip
-WHOLE = Send(sent=0.1, at=0.1, topic="terrain/points", kind="grid", places=survey(TRUTH, 0.1))
-AREA = Send(sent=0.2, at=0.2, topic="areas/polygon", kind="polygon", places=pit.outline(pit.ROAD))
 CLICKED = Send(
     sent=0.3, at=0.3, topic=CLICK, kind="point", places=pit.on_the_floor(np.random.default_rng(1))[None]
 )  # fmt: skip
-NOTHING = Send(sent=0.4, at=0.4, topic=RADAR_A, kind="poses", places=np.empty((0, 3)))
 
 
 @pytest.fixture
@@ -37,14 +29,6 @@ def started(monkeypatch):
 
     yield start
     runs[-1].node.close()
-
-
-def faults_after(run, *sends):
-    """Deliver messages to the node one by one; return the faults of its alert after the last."""
-    for send in sends:
-        run.deliver(send)
-        run.node.tick()
-    return run.node.station.desk.alert.faults
 
 
 def test_a_click_alone_is_a_fault_until_a_sensor_reports(started):

@@ -51,8 +51,9 @@ def made(ends):
     station._outlets = Outlets(calls, calls, calls, calls, lambda: 7)
     station.decisions = DecisionReports(station._outlets, "map")
     state = PresentState(
-        desk=lambda: station.desk, region_of=str, standing=lambda: None, watch_present=lambda: None
-    )
+        desk=lambda: station.desk, region_of=str, standing=lambda: None, watch_present=lambda: None,
+        while_known=lambda trigger, do: True,
+    )  # fmt: skip
     station.reports = AnswerReports(SimpleNamespace(), station._outlets, state)
     return station, calls
 
