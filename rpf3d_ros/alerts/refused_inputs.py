@@ -12,7 +12,7 @@ While a topic has several publishers, an understood message does not count, beca
 the message. A fault also stays after a restart, and while the node is not active.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import NamedTuple
 
 from rpf3d_core.alerts.site_model import AcknowledgeSpec
@@ -21,17 +21,25 @@ from rpf3d_ros.alerts.topic_votes import TopicVotes
 CAUSE = "refused: {}"
 """Name of the cause of a standing fault; the topic replaces the braces."""
 
+REFUSED = "a message on {0} was refused ({1}): publish a valid message on {0}"
+FOLLOWED = (
+    "a message on {0} was refused ({1}), and may have reported other sources than those understood since: look at the "
+    "slope and acknowledge, or wait for {2:g} s"
+)
+
 
 class Refusal(NamedTuple):
     """The refused messages of a topic with a fault.
 
     why : why the first of these messages was refused; it may have been received before a restart
     at : when the last of these messages was refused (s, steady clock)
+    sentence : the sentence of the fault, as last reported
     is_followed : True if a later message of the topic was understood
     """
 
     why: str
     at: float
+    sentence: str
     is_followed: bool = False
 
 
@@ -61,14 +69,13 @@ class RefusedInputs:
         why : reason of the refusal; at : time of the refusal (s, steady clock)
         """
         first = self.reasons.get(topic, why)
-        self._refused = {**self._refused, topic: Refusal(why=first, at=at)}
         self._votes.cancel()
-        self._tell(topic, why)
+        self._tell(topic, Refusal(why=first, at=at, sentence=REFUSED.format(topic, why)))
 
     def repeat(self) -> None:
         """Report the fault of each topic; call this as soon as `report` can take faults."""
-        for topic, why in self.reasons.items():
-            self._tell(topic, why)
+        for topic, refusal in self._refused.items():
+            self._report(CAUSE.format(topic), refusal.sentence)
 
     def understood(self, topic: str, speakers: Callable[[], int], now: float, is_whole: bool) -> None:
         """Note an understood message of a topic, which may end the topic's fault; do nothing without a fault.
@@ -86,14 +93,10 @@ class RefusedInputs:
         if is_whole or now - refusal.at > self._silence:
             self._end(topic)
         elif not refusal.is_followed:
-            self._refused = {**self._refused, topic: refusal._replace(is_followed=True)}
-            self._report(
-                CAUSE.format(topic),
-                f"a message on {topic} was refused ({refusal.why}), and may have reported other sources than those "
-                f"understood since: look at the slope and acknowledge, or wait for {self._silence:g} s",
-            )
+            sentence = FOLLOWED.format(topic, refusal.why, self._silence)
+            self._tell(topic, refusal._replace(sentence=sentence, is_followed=True))
 
-    def acknowledged(self, by: str, now: float) -> tuple[str, ...]:
+    def acknowledged(self, by: str, now: float, shown: Collection[str]) -> tuple[str, ...]:
         """Note an acknowledgement; return the topics whose faults it ends, none until enough persons have acknowledged.
 
         The fault of a topic can end if a message was understood after the last refused message, or if the last refused
@@ -101,11 +104,14 @@ class RefusedInputs:
         true when the person acknowledged. A message that is refused later, on any topic, cancels all acknowledgements.
 
         by : name of the person; now : current time (s, steady clock)
+        shown : the faults of the last alert. A fault that is not shown yet cannot be acknowledged
         """
-        silent = tuple(
-            topic for topic, refusal in self._refused.items() if refusal.is_followed or now - refusal.at > self._silence
+        ready = tuple(
+            topic
+            for topic, refusal in self._refused.items()
+            if refusal.sentence in shown and (refusal.is_followed or now - refusal.at > self._silence)
         )
-        ended = self._votes.given(by, now, silent)
+        ended = self._votes.given(by, now, ready)
         for topic in ended:
             self._end(topic)
         return ended
@@ -118,11 +124,9 @@ class RefusedInputs:
         """
         return {topic: refusal.why for topic, refusal in self._refused.items()}
 
-    def _tell(self, topic: str, why: str) -> None:
-        self._report(
-            CAUSE.format(topic),
-            f"a message on {topic} was refused ({why}): publish a valid message on {topic}",
-        )
+    def _tell(self, topic: str, refusal: Refusal) -> None:
+        self._refused = {**self._refused, topic: refusal}
+        self._report(CAUSE.format(topic), refusal.sentence)
 
     def _end(self, topic: str) -> None:
         if topic in self._refused:

@@ -359,7 +359,7 @@ class Station:
         shown = alert.faults if alert is not None else ()
         # The desk is asked before the acknowledgement ends any fault: a fault that is shown now makes it void.
         self.desk.acknowledge(by, why, replies.put, client)
-        silent = self._refused_inputs.acknowledged(by, time.monotonic()) if is_named else ()
+        silent = self._refused_inputs.acknowledged(by, time.monotonic(), shown) if is_named else ()
         ended = f"; the faults of refused messages on {', '.join(silent)} have ended" if silent else ""
         gone = self._places.acknowledged(by, shown) if is_named and self._places is not None else ()
         ended += f"; the faults of places that {', '.join(gone)} no longer reports have ended" if gone else ""

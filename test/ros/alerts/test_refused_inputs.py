@@ -42,6 +42,11 @@ def refused():
     return RefusedInputs(faults.report, SILENCE), faults
 
 
+def by_one_who_sees(faults, inputs):
+    """Return a function of a person's name and a time that acknowledges the faults which are shown then."""
+    return lambda by, now: inputs.acknowledged(by, now, faults.sentences)
+
+
 def test_a_refusal_stands_until_a_message_of_the_same_topic_is_understood(refused):
     inputs, faults = refused
     inputs.refused(RADAR, "frame_id is 'radar'", at=0.0)
@@ -67,16 +72,27 @@ def test_a_message_about_another_wall_does_not_make_good_a_refused_one(refused):
 
 def test_a_person_who_looked_ends_a_refusal_after_a_message_was_understood(refused):
     inputs, faults = refused
+    acknowledged = by_one_who_sees(faults, inputs)
     inputs.refused(RADAR, "pose 0 is not finite", at=0.0)
-    assert inputs.acknowledged("A. Shift", now=1.0) == ()
+    assert acknowledged("A. Shift", 1.0) == ()
     inputs.understood(RADAR, lambda: 2, 2.0, is_whole=False)
-    assert inputs.acknowledged("A. Shift", now=3.0) == (), "another program may have sent the understood message"
+    assert acknowledged("A. Shift", 3.0) == (), "another program may have sent the understood message"
     inputs.understood(RADAR, lambda: 1, 4.0, is_whole=False)
     assert "may have reported other sources" in faults.sentences[0]
-    assert inputs.acknowledged("A. Shift", now=5.0) == (RADAR,)
+    assert acknowledged("A. Shift", 5.0) == (RADAR,)
     assert faults.sentences == ()
     inputs.refused(RADAR, "pose 0 is not finite", at=6.0)
-    assert inputs.acknowledged("A. Shift", now=7.0) == (), "nothing was understood since"
+    assert acknowledged("A. Shift", 7.0) == (), "nothing was understood since"
+
+
+def test_a_person_ends_no_refusal_that_is_not_shown_yet(refused):
+    inputs, faults = refused
+    inputs.refused(RADAR, "pose 0 is not finite", at=0.0)
+    first = faults.sentences
+    assert inputs.acknowledged("A. Shift", SILENCE + 1.0, shown=()) == ()
+    inputs.understood(RADAR, lambda: 1, 2.0, is_whole=False)
+    assert inputs.acknowledged("A. Shift", 3.0, shown=first) == (), "the person does not know of unreported places"
+    assert inputs.acknowledged("A. Shift", 4.0, shown=faults.sentences) == (RADAR,)
 
 
 def test_a_message_of_areas_is_complete_and_ends_a_refusal_at_once(refused):
@@ -105,10 +121,11 @@ def test_where_two_speak_on_a_topic_no_message_of_it_ends_a_refusal(refused):
 
 def test_a_person_ends_the_refusal_of_a_speaker_that_is_silent_since_and_of_no_other(refused):
     inputs, faults = refused
+    acknowledged = by_one_who_sees(faults, inputs)
     inputs.refused(RADAR, "pose 0 is not finite", at=0.0)
     inputs.refused(OTHER, "frame_id is ''", at=20.0)
-    assert inputs.acknowledged("A. Shift", now=SILENCE) == ()
-    assert inputs.acknowledged("A. Shift", now=SILENCE + 1.0) == (RADAR,)
+    assert acknowledged("A. Shift", SILENCE) == ()
+    assert acknowledged("A. Shift", SILENCE + 1.0) == (RADAR,)
     assert len(faults.sentences) == 1 and OTHER in faults.sentences[0]
     assert inputs.reasons == {OTHER: "frame_id is ''"}
 
@@ -116,16 +133,17 @@ def test_a_person_ends_the_refusal_of_a_speaker_that_is_silent_since_and_of_no_o
 def test_where_the_site_demands_two_persons_two_end_the_refusal_of_what_both_saw_silent():
     faults, late = StandingFaults(lambda: None), SILENCE + 1.0
     inputs = RefusedInputs(faults.report, SILENCE, AcknowledgeSpec(persons=2, within_s=100.0))
+    acknowledged = by_one_who_sees(faults, inputs)
     inputs.refused(RADAR, "pose 0 is not finite", at=0.0)
     inputs.refused(OTHER, "frame_id is ''", at=10.0)
-    assert inputs.acknowledged("A. Shift", now=late) == inputs.acknowledged("a shift", now=late + 1.0) == ()
-    assert inputs.acknowledged("B. Survey", now=late + 102.0) == (), "too late"
-    assert inputs.acknowledged("A. Shift", now=late + 103.0) == (RADAR, OTHER)
+    assert acknowledged("A. Shift", late) == acknowledged("a shift", late + 1.0) == ()
+    assert acknowledged("B. Survey", late + 102.0) == (), "too late"
+    assert acknowledged("A. Shift", late + 103.0) == (RADAR, OTHER)
     inputs.refused(RADAR, "pose 0 is not finite", at=0.0)
-    assert inputs.acknowledged("A. Shift", now=late) == ()
+    assert acknowledged("A. Shift", late) == ()
     inputs.refused(OTHER, "frame_id is ''", at=5.0)
-    assert inputs.acknowledged("B. Survey", now=late) == (), "a later message is refused"
-    assert inputs.acknowledged("A. Shift", now=late + 5.0) == (RADAR,), "B has not seen the other topic silent"
+    assert acknowledged("B. Survey", late) == (), "a later message is refused"
+    assert acknowledged("A. Shift", late + 5.0) == (RADAR,), "B has not seen the other topic silent"
 
 
 def test_standing_faults_change_only_when_a_sentence_does():
