@@ -31,7 +31,8 @@ def check_heights(terrain: Terrain, corners: FloatArray, normals: FloatArray, ta
 
     corners : (F, 9) m; normals : (F, 3), unit vectors, or 0 for a facet without an area
     """
-    steep = np.flatnonzero((np.abs(normals[:, 2]) < math.cos(math.radians(STEEP))) & normals.any(axis=1))
+    steep = np.flatnonzero(np.abs(normals[:, 2]) < math.cos(math.radians(STEEP)))
+    steep = steep[normals[steep].any(axis=1)]
     heights = corners[steep][:, 2::3]
     tall = np.ptp(heights, axis=1) > tallest
     if not tall.any():

@@ -330,7 +330,9 @@ def refuse(face):
 
 
 def test_a_face_that_cannot_be_cut_into_triangles_has_an_inner_point_all_the_same(monkeypatch):
-    faces = np.array([shapely.box(0, 0, 2, 1), shapely.Polygon([(5, 0), (6, 0), (6, 1e-9)])])
+    around = shapely.box(0, 0, 9, 9) - shapely.box(1, 0, 8, 8)
+    faces = np.array([shapely.box(0, 0, 2, 1), shapely.Polygon([(5, 0), (6, 0), (6, 1e-9)]), around])
+    assert not around.contains(around.centroid)
     monkeypatch.setattr(shapely, "constrained_delaunay_triangles", refuse)
     assert shapely.contains_xy(faces, *gaps._inner_points(faces).T).all()
     monkeypatch.setattr(gaps, "triangles_of", lambda face: shapely.GeometryCollection())

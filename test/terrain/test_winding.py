@@ -3,7 +3,7 @@ import pytest
 from input_files.terrain_files import grid
 
 from rpf3d_core.terrain.mesh.border import border_of
-from rpf3d_core.terrain.mesh.components import components
+from rpf3d_core.terrain.mesh.components import components, components_of_facets
 from rpf3d_core.terrain.mesh.edges import edges_of, shared_by_two
 from rpf3d_core.terrain.mesh.winding import repair_winding
 
@@ -137,3 +137,10 @@ def test_components_name_the_smallest_node_of_each():
     assert components(8, a, b).tolist() == [0, 1, 2, 3, 2, 2, 6, 0]
     chain = np.random.default_rng(4).permutation(1000).astype(np.int32)
     assert not components(1000, chain[1:], chain[:-1]).any()
+
+
+def test_components_of_facets_are_those_of_their_edges():
+    triangles = np.random.default_rng(5).integers(0, 300, (80, 3)).astype(np.int32)
+    expected = components(300, triangles[:, :2].ravel(), triangles[:, 1:].ravel())
+    assert np.array_equal(components_of_facets(300, triangles), expected)
+    assert 50 < len(np.unique(expected)) < 299

@@ -30,29 +30,65 @@ def components(count: int, a: Index, b: Index) -> Index:
     return above
 
 
+def components_of_facets(count: int, triangles: Index) -> Index:
+    """Return the connected component of each vertex of a mesh, named by the smallest vertex in it.
+
+    The corners of a facet are connected. `components` would give the same, with copies of the corners as pairs.
+
+    count : number of vertices; triangles : (F, 3), vertices of each facet
+    """
+    above: Index = np.arange(count, dtype=np.int32)
+    _join_facets(above, np.ascontiguousarray(triangles, dtype=np.int32))
+    return above
+
+
 @loop
 def _join(above: Any, a: Any, b: Any) -> None:
     """Find the components of a graph: write the smallest node of each node's component into `above` (N,).
 
-    Each node has a parent, which is a smaller node or the node itself. A root is its own parent. The parents of a node,
-    one after the other, lead to the root of the node. For each pair of connected nodes, the smaller of their two roots
-    becomes the parent of the larger root. The last loop gives every node its root as parent. The loop runs in ascending
-    order, so the parent of a node already has its root as parent. Path halving at every look-up keeps paths short
-    (Tarjan & van Leeuwen 1984, J. ACM 31:245).
-
     above : (N,) parent of each node, before the call the node itself; a, b : (P,) pairs of connected nodes
     """
     for p in range(len(a)):
-        i, j = a[p], b[p]
-        while above[i] != i:
-            above[i] = above[above[i]]
-            i = above[i]
-        while above[j] != j:
-            above[j] = above[above[j]]
-            j = above[j]
-        if i < j:
-            above[j] = i
-        else:
-            above[i] = j
+        _unite(above, a[p], b[p])
+    _name_by_roots(above)
+
+
+@loop
+def _join_facets(above: Any, triangles: Any) -> None:
+    """Like `_join`, for the corners of each facet; triangles : (F, 3)."""
+    for f in range(len(triangles)):
+        _unite(above, triangles[f, 0], triangles[f, 1])
+        _unite(above, triangles[f, 1], triangles[f, 2])
+    _name_by_roots(above)
+
+
+@loop
+def _unite(above: Any, i: Any, j: Any) -> None:
+    """Join the components of two connected nodes.
+
+    Each node has a parent, which is a smaller node or the node itself. A root is its own parent. The parents of a node,
+    one after the other, lead to the root of the node. The smaller of the two roots becomes the parent of the larger
+    root. Path halving at every look-up keeps paths short (Tarjan & van Leeuwen 1984, J. ACM 31:245).
+
+    above : (N,) parent of each node; i, j : the nodes
+    """
+    while above[i] != i:
+        above[i] = above[above[i]]
+        i = above[i]
+    while above[j] != j:
+        above[j] = above[above[j]]
+        j = above[j]
+    if i < j:
+        above[j] = i
+    else:
+        above[i] = j
+
+
+@loop
+def _name_by_roots(above: Any) -> None:
+    """Give every node its root as parent; in ascending order, so the parent of a node already has its root as parent.
+
+    above : (N,) parent of each node
+    """
     for i in range(len(above)):
         above[i] = above[above[i]]

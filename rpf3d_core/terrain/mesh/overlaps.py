@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rpf3d_core.jit.dispatch import loop
 from rpf3d_core.terrain.facets import IntArray, Terrain
-from rpf3d_core.terrain.mesh.components import components
+from rpf3d_core.terrain.mesh.components import components_of_facets
 from rpf3d_core.terrain.mesh.edges import edges_of
 
 
@@ -21,9 +21,8 @@ def pieces_of(terrain: Terrain) -> IntArray:
 
     A piece is a group of facets that are connected by common vertices.
     """
-    a, b, c = terrain.triangles.T
-    owner = components(len(terrain.vertices), np.concatenate([a, b]), np.concatenate([b, c]))
-    return np.asarray(owner[a])
+    owner = components_of_facets(len(terrain.vertices), terrain.triangles)
+    return np.asarray(owner[terrain.triangles[:, 0]])
 
 
 def rims_of(terrain: Terrain) -> NDArray[np.uint8]:
