@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rpf3d_core.formats.polygons import polygon_of
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.hull import convex_hull
 
 Indices = NDArray[np.integer[Any]]
 
@@ -172,4 +173,4 @@ def _lines(points: FloatArray, begins: Indices) -> NDArray[np.object_]:
 
 
 def _hull(corners: FloatArray) -> FloatArray:
-    return np.asarray(shapely.get_coordinates(shapely.convex_hull(shapely.multipoints(corners))))
+    return np.asarray(shapely.get_coordinates(convex_hull(corners)))

@@ -21,6 +21,7 @@ import shapely
 from numpy.typing import NDArray
 
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.hull import convex_hull
 from rpf3d_core.terrain.mesh.border import left_over
 from rpf3d_core.terrain.mesh.components import components
 from rpf3d_core.terrain.outer_walls import outer_walls
@@ -135,7 +136,7 @@ def _gaps_in_plan(outline: Outline, crack: float) -> tuple[NDArray[np.object_], 
     nothing = np.empty(0, object), False
     if len(outline.sides) == 0:
         return nothing
-    hull = shapely.convex_hull(shapely.multipoints(outline.places))
+    hull = convex_hull(outline.places)
     if hull.area <= crack * hull.length:
         return nothing
     drawn = shapely.union_all(np.append(outline.lines, hull.boundary))
@@ -192,7 +193,7 @@ def _bays(faces: NDArray[np.object_], outline: Outline, crack: float) -> NDArray
     faces : (G,) gaps, as polygons of shapely; crack : largest width (m) of a crack
     """
     owner, corners = _edges_of(faces)
-    hull = shapely.convex_hull(shapely.multipoints(outline.places)).boundary
+    hull = convex_hull(outline.places).boundary
     shapely.prepare(hull)
     border = shapely.STRtree(outline.lines)
     is_open = np.zeros(len(faces), dtype=bool)

@@ -8,6 +8,7 @@ import numpy as np
 import shapely
 
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.hull import convex_hull
 
 TALLER = 16.0
 """Height of the walls above and below the border, over the border's extent (-): no rock flies over the walls."""
@@ -23,7 +24,7 @@ def outer_walls(border: FloatArray, crack: float) -> FloatArray:
         the hull on the box gets no wall
     """
     points = border[:, 0]
-    hull = shapely.convex_hull(shapely.multipoints(points[:, :2]))
+    hull = convex_hull(points[:, :2])
     if hull.area <= crack * hull.length:
         return np.empty((0, 3, 3))
     ring = shapely.get_coordinates(shapely.orient_polygons(hull))

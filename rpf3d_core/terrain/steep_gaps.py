@@ -10,6 +10,7 @@ import shapely
 from numpy.typing import NDArray
 
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.hull import convex_hull
 from rpf3d_core.terrain.mesh.border import Corners
 from rpf3d_core.terrain.mesh.components import components
 from rpf3d_core.terrain.triangulation import fills, triangles_of
@@ -165,7 +166,7 @@ def _triangles(ring: FloatArray, plane: FloatArray, crack: float, others: FloatA
     """
     flat = np.einsum("nc,cd->nd", ring - ring[0], plane)  # unlike @, equal corners always have equal results
     loops = [flat[loop] for loop in _simple_loops(ring)]
-    wide = [loop for loop in loops if not _is_crack(shapely.convex_hull(shapely.MultiPoint(loop)), crack)]
+    wide = [loop for loop in loops if not _is_crack(convex_hull(loop), crack)]
     around = [loop for loop in wide if not shapely.is_ccw(shapely.LinearRing(loop))]
     islands = [loop for loop in wide if shapely.is_ccw(shapely.LinearRing(loop))]
     if not wide:
