@@ -23,7 +23,7 @@ def convex_hull(points: FloatArray) -> shapely.Geometry:
     Algorithm: monotone chain (Andrew 1979, Information Processing Letters 9:216). The coordinates become integers, so
     each comparison is exact.
 
-    points : (P, 2), at least one; finite
+    points : (P, 2) m, at least one; finite
     """
     places = np.unique(points + 0.0, axis=0)
     exact = _as_integers(places)
@@ -35,7 +35,7 @@ def convex_hull(points: FloatArray) -> shapely.Geometry:
 
 
 def _as_integers(points: FloatArray) -> list[Point]:
-    """Return points (P, 2) as pairs of integers: the coordinates times one power of two."""
+    """Return points (P, 2) m as pairs of integers: the coordinates times one power of two."""
     share, power = np.frexp(points)
     digits = (share * 2.0**MANTISSA_BITS).astype(np.int64)
     shift = np.where(digits == 0, 0, power - power.min(where=digits != 0, initial=power.max()))
