@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rpf3d_core.formats.polygons import polygon_of
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_core.terrain.hull import convex_hull
+from rpf3d_core.terrain.plane.hull import convex_hull
 
 Indices = NDArray[np.integer[Any]]
 

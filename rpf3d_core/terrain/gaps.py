@@ -21,12 +21,12 @@ import shapely
 from numpy.typing import NDArray
 
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_core.terrain.hull import convex_hull
 from rpf3d_core.terrain.mesh.border import left_over
 from rpf3d_core.terrain.mesh.components import components
 from rpf3d_core.terrain.outer_walls import outer_walls
+from rpf3d_core.terrain.plane.hull import convex_hull
+from rpf3d_core.terrain.plane.triangulation import triangles_of
 from rpf3d_core.terrain.steep_gaps import without_steep_rings
-from rpf3d_core.terrain.triangulation import triangles_of
 from rpf3d_core.terrain.winding import crossings
 from rpf3d_core.values import Outcome
 
@@ -70,7 +70,7 @@ class Outline(NamedTuple):
     places : (P, 2) m; height : (P,) m, the lowest height if border corners lie above each other
     sides : (S, 2) indices into `places` of both ends of each side; the ground is to the left
     ring : (P,) number of the closed ring that each place belongs to: the smallest number of a place in the ring
-    lines : (S,) the sides as line objects of shapely
+    lines : (S,) the sides as line objects of shapely; hull : convex hull of the places
     """
 
     places: FloatArray
@@ -78,6 +78,7 @@ class Outline(NamedTuple):
     sides: Ids
     ring: Ids
     lines: NDArray[np.object_]
+    hull: shapely.Geometry
 
 
 NOTHING = Caps(corners=np.empty((0, 3, 3)), outcome=np.empty(0, np.int32), ring=np.empty(0, np.int32))
@@ -125,7 +126,9 @@ def _outline(border: FloatArray) -> Outline:
     sides = number.reshape(-1, 2)
     sides = sides[left_over(sides)]
     ring = components(len(places), sides[:, 0], sides[:, 1]).astype(np.int64)  # type: ignore[arg-type]
-    return Outline(places=places, height=height, sides=sides, ring=ring, lines=shapely.linestrings(places[sides]))
+    lines = shapely.linestrings(places[sides])
+    hull = convex_hull(places) if len(places) else shapely.Polygon()
+    return Outline(places=places, height=height, sides=sides, ring=ring, lines=lines, hull=hull)
 
 
 def _gaps_in_plan(outline: Outline, crack: float) -> tuple[NDArray[np.object_], bool]:
@@ -136,7 +139,7 @@ def _gaps_in_plan(outline: Outline, crack: float) -> tuple[NDArray[np.object_], 
     nothing = np.empty(0, object), False
     if len(outline.sides) == 0:
         return nothing
-    hull = convex_hull(outline.places)
+    hull = outline.hull
     if hull.area <= crack * hull.length:
         return nothing
     drawn = shapely.union_all(np.append(outline.lines, hull.boundary))
@@ -193,7 +196,7 @@ def _bays(faces: NDArray[np.object_], outline: Outline, crack: float) -> NDArray
     faces : (G,) gaps, as polygons of shapely; crack : largest width (m) of a crack
     """
     owner, corners = _edges_of(faces)
-    hull = convex_hull(outline.places).boundary
+    hull = outline.hull.boundary
     shapely.prepare(hull)
     border = shapely.STRtree(outline.lines)
     is_open = np.zeros(len(faces), dtype=bool)

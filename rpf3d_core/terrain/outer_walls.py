@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_core.terrain.hull import convex_hull
+from rpf3d_core.terrain.plane.hull import convex_hull
 
 TALLER = 16.0
 """Height of the walls above and below the border, over the border's extent (-): no rock flies over the walls."""

@@ -10,10 +10,10 @@ import shapely
 from numpy.typing import NDArray
 
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_core.terrain.hull import convex_hull
 from rpf3d_core.terrain.mesh.border import Corners
 from rpf3d_core.terrain.mesh.components import components
-from rpf3d_core.terrain.triangulation import fills, triangles_of
+from rpf3d_core.terrain.plane.hull import convex_hull
+from rpf3d_core.terrain.plane.triangulation import fills, triangles_of
 from rpf3d_core.terrain.winding import crossings
 
 STEEP = 0.2

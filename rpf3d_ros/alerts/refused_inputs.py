@@ -22,10 +22,12 @@ CAUSE = "refused: {}"
 """Name of the cause of a standing fault; the topic replaces the braces."""
 
 REFUSED = "a message on {0} was refused ({1}): publish a valid message on {0}"
+"""Sentence of a fault; topic and reason replace the braces."""
 FOLLOWED = (
     "a message on {0} was refused ({1}), and may have reported other sources than those understood since: look at the "
     "slope and acknowledge, or wait for {2:g} s"
 )
+"""Sentence once a later message was understood; topic, reason and time until the fault may end replace the braces."""
 
 
 class Refusal(NamedTuple):

@@ -97,8 +97,8 @@ CONFINED = {
         *(
             f"rpf3d_core/terrain/{file}.py"
             for file in (
-                "zones", "cloud", "cloud_holes", "gap_around_patch", "gaps", "steep_gaps", "triangulation",
-                "outer_walls", "hull", "draped_outlines", "mesh/near_rim",
+                "zones", "cloud", "cloud_holes", "gap_around_patch", "gaps", "steep_gaps",
+                "plane/hull", "plane/triangulation", "outer_walls", "draped_outlines", "mesh/near_rim",
             )
         ),
     ),

@@ -8,8 +8,8 @@ from flights.scenes_of_facets import terrain_of
 from rpf3d_core.terrain import gaps
 from rpf3d_core.terrain.gaps import caps_over
 from rpf3d_core.terrain.mesh.border import border_after, border_of, net_sides
+from rpf3d_core.terrain.plane.triangulation import fills, triangles_of
 from rpf3d_core.terrain.steep_gaps import without_steep_rings
-from rpf3d_core.terrain.triangulation import fills, triangles_of
 from rpf3d_core.values import Outcome
 
 CRACK = 1e-9

@@ -9,7 +9,7 @@ import shapely
 
 from rpf3d_core.simulation.capped import gap_facets
 from rpf3d_core.terrain.facets import Terrain, facets_of
-from rpf3d_core.terrain.hull import convex_hull
+from rpf3d_core.terrain.plane.hull import convex_hull
 
 
 def rotated_rim(rng):
@@ -18,8 +18,8 @@ def rotated_rim(rng):
     along, start, end = np.arange(count) / count, np.zeros(count), np.ones(count)
     pairs = (along, start), (end, along), (1.0 - along, end), (start, 1.0 - along)
     rim = np.concatenate([np.stack(pair, axis=1) for pair in pairs])
-    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    return (rim * wide) @ turn.T, float(np.prod(wide))
+    rotation = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    return (rim * wide) @ rotation.T, float(np.prod(wide))
 
 
 def turn(a, b, c):

@@ -49,21 +49,24 @@ def _join(above: Any, a: Any, b: Any) -> None:
     above : (N,) parent of each node, before the call the node itself; a, b : (P,) pairs of connected nodes
     """
     for p in range(len(a)):
-        _unite(above, a[p], b[p])
-    _name_by_roots(above)
+        unite(above, a[p], b[p])
+    name_by_roots(above)
 
 
 @loop
 def _join_facets(above: Any, triangles: Any) -> None:
-    """Like `_join`, for the corners of each facet; triangles : (F, 3)."""
+    """Write the smallest vertex of each vertex's component into `above` (V,); the corners of a facet are connected.
+
+    above : (V,) before the call each vertex itself; triangles : (F, 3), vertices of each facet
+    """
     for f in range(len(triangles)):
-        _unite(above, triangles[f, 0], triangles[f, 1])
-        _unite(above, triangles[f, 1], triangles[f, 2])
-    _name_by_roots(above)
+        unite(above, triangles[f, 0], triangles[f, 1])
+        unite(above, triangles[f, 1], triangles[f, 2])
+    name_by_roots(above)
 
 
 @loop
-def _unite(above: Any, i: Any, j: Any) -> None:
+def unite(above: Any, i: Any, j: Any) -> None:
     """Join the components of two connected nodes.
 
     Each node has a parent, which is a smaller node or the node itself. A root is its own parent. The parents of a node,
@@ -85,7 +88,7 @@ def _unite(above: Any, i: Any, j: Any) -> None:
 
 
 @loop
-def _name_by_roots(above: Any) -> None:
+def name_by_roots(above: Any) -> None:
     """Give every node its root as parent; in ascending order, so the parent of a node already has its root as parent.
 
     above : (N,) parent of each node

@@ -13,6 +13,7 @@ from rpf3d_core.jit.dispatch import loop
 from rpf3d_core.jit.memory import Memory, Share, halves
 from rpf3d_core.terrain.facets import IntArray, area_vector, vertex
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.mesh.components import name_by_roots, unite
 from rpf3d_core.vectors import dot
 
 
@@ -72,19 +73,11 @@ def _join(starts: Any, to: Any, of: Any, above: Any, border: Any) -> None:
             for other in range(starts[w], starts[w + 1]):
                 if to[other] == v:
                     mate = of[other]
-            i, j = of[e], mate
             if mate < 0:
-                border[i] = True
-                continue
-            while above[i] != i:
-                above[i] = above[above[i]]
-                i = above[i]
-            while above[j] != j:
-                above[j] = above[above[j]]
-                j = above[j]
-            above[max(i, j)] = min(i, j)
-    for f in range(len(above)):
-        above[f] = above[above[f]]
+                border[of[e]] = True
+            else:
+                unite(above, of[e], mate)
+    name_by_roots(above)
 
 
 @loop

@@ -1,0 +1,1 @@
+"""Geometry in a plane: convex hulls, and regions divided into triangles."""
